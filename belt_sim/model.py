@@ -13,7 +13,7 @@ from typing import Any, Literal, Protocol, get_args, runtime_checkable
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect
-from belt_sim.effects.contact import LiftOff
+from belt_sim.effects.pulley import LiftOff
 from belt_sim.errors import InputError
 from belt_sim.line import span as span_law
 from belt_sim.line.hooks import as_indicated

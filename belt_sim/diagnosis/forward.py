@@ -423,7 +423,7 @@ class Forward:
         """
         kept = [k for k, group in enumerate(self._groups) if group in {"", HEAVY, *groups}]
         samples, others = self.samples, places_of(self.samples)
-        tilts = bool(others) or any(s.at.endswith("mid_span") for s in samples.signals)
+        tilts = bool(others) or any(s.kind == "tilt" for s in samples.signals)
         slots = tuple(self.slots[k] for k in kept)
         program = compile_march(self.model, slots, *self.room, tilts, others)
         spacing, most = self._steps

@@ -301,6 +301,8 @@ def design_matrices(
         for r, run in enumerate(samples.runs):
             for s, signal in enumerate(samples.signals):
                 row = curve_row(signal.at, run.direction)
+                if row is None:
+                    continue  # the search for a law does not read it
                 if name in CHANNELS:
                     pulse = responses.pulses[r, CHANNELS.index(name), row].astype(np.float32)
                     read = responses.cell_responses(pulse, true[r])
@@ -314,12 +316,12 @@ def design_matrices(
     return rows
 
 
-def curve_row(at: str, direction: float) -> int:
-    """Row of ImpulseResponses.curves that a signal at a place shows."""
+def curve_row(at: str, direction: float) -> int | None:
+    """Row of ImpulseResponses.curves that a signal at a place shows; None of a place that no row is of."""
     if at in ("upper_mid_span", "lower_mid_span"):
         return TILT + (0 if (at == "upper_mid_span") == (direction > 0) else 1)
-    points = (1, 3, 2, 4) if direction > 0 else (2, 4, 1, 3)
-    return Y + points.index(int(at[-1]))
+    points = [f"point_{k}" for k in ((1, 3, 2, 4) if direction > 0 else (2, 4, 1, 3))]
+    return Y + points.index(at) if at in points else None
 
 
 def span_ends(rows: np.ndarray) -> np.ndarray:
@@ -465,7 +467,10 @@ def states_of(bench: Workbench, responses: ImpulseResponses, changes: Mapping[st
     at = [[curve_row(s.at, r.direction) for s in bench.samples.signals] for r in runs]
 
     zeros = [[np.interp(run.yaw_at, grid, row) for row in own[:4]] for run, own in zip(runs, rows, strict=True)]
-    reading = np.stack([[rows[r, k] - zeros[r][k] if k < 4 else 0.0 * grid for k in own] for r, own in enumerate(at)])
+    still = 0.0 * grid
+    reading = np.stack(
+        [[still if k is None or k >= 4 else rows[r, k] - zeros[r][k] for k in own] for r, own in enumerate(at)]
+    )
     speed, forward = np.array([r.speed for r in runs]), np.array([r.direction > 0 for r in runs])
     rig = bench.samples.cases.rig
     # a forward run brings the belt from the tail pulley over the lower span to the head pulley, one in reverse over the

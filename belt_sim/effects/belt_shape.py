@@ -77,8 +77,24 @@ def add_natural(bend, added, natural):
     return add(bend, runup=added[0], runoff=added[1], tilt=added[2], **own)
 
 
+class _EvenlyCurved(Effect):
+    """A belt of the same natural curvature all along: what ``curvature(case)`` says [1/m]."""
+
+    def influence(self, span, case):
+        """Added at the run-up, the run-off [1/m] and to the tilt [rad], shape (3,), by a natural curvature of 1 1/m."""
+        return integral(natural_curvature_rows(span_fields(span), span), span)
+
+    def bend(self, bend, boundary, known, case):
+        kappa_c = self.curvature(case)
+        return add_natural(bend, kappa_c * known, (kappa_c, kappa_c))
+
+    def scene(self, parts, case):
+        kappa_c = self.curvature(case)
+        return parts.with_camber(lambda s: np.full(np.shape(s), kappa_c)) if kappa_c else parts
+
+
 @effect
-class Camber(Effect):
+class Camber(_EvenlyCurved):
     """The bending moment is EI (kappa - kappa_c) all round the belt; kappa_c > 0: the edge at +y is the shorter one.
 
     It leaves a flat belt where it is. A hanging one it tilts, T phi'' = EI Z (kappa - kappa_c), and so the belt drifts
@@ -101,22 +117,15 @@ class Camber(Effect):
         "1/m", "natural curvature", plausible=(-1e-3, 1e-3), scale=2e-5, shop=(12.5e3, "mm of bow over 10 m")
     )
 
-    def influence(self, span, case):
-        """Added at the run-up, the run-off [1/m] and to the tilt [rad], shape (3,), by a natural curvature of 1 1/m."""
-        return integral(natural_curvature_rows(span_fields(span), span), span)
-
-    def bend(self, bend, boundary, known, case):
-        return add_natural(bend, self.kappa_c * known, (self.kappa_c, self.kappa_c))
-
-    def scene(self, parts, case):
-        return parts.with_camber(lambda s: np.full(np.shape(s), self.kappa_c)) if self.kappa_c else parts
+    def curvature(self, case):
+        return self.kappa_c
 
 
 EXPANSION = 1.2e-5  # [1/K] of steel
 
 
 @effect
-class TemperatureDifference(Effect):
+class TemperatureDifference(_EvenlyCurved):
     """A belt that is warmer at +y by ``difference`` is longer there: a camber kappa_c = -alpha difference/b.
 
     alpha = 1.2e-5 1/K of steel. A heater or a draught stays where it is when the belt is turned over; a camber turns.
@@ -133,17 +142,8 @@ class TemperatureDifference(Effect):
     )
     difference: float = parameter("K", "temperature at +y less that at -y", plausible=(-15.0, 15.0), scale=0.3)
 
-    def _camber(self, case):
-        return Camber(kappa_c=-EXPANSION * self.difference / case.belt.width)
-
-    def influence(self, span, case):
-        return self._camber(case).influence(span, case)
-
-    def bend(self, bend, boundary, known, case):
-        return self._camber(case).bend(bend, boundary, known, case)
-
-    def scene(self, parts, case):
-        return self._camber(case).scene(parts, case)
+    def curvature(self, case):
+        return -EXPANSION * self.difference / case.belt.width
 
 
 _PLACES = 512  # of the weld's middle, from where it enters a span to where it has left it

@@ -438,8 +438,14 @@ class GenericLaw(Effect):
         knee, at, wide = (self.number(n, k) for n in ("knee", "at", "wide"))
         s = jnp.maximum(travel - case.settings.yaw.at[0], 0.0) if form.since_yaw else travel
         s = _belt_part(case, travel)[pulley] if form.is_carried else s / case.settings.speed if form.timed else s
-        if x is None:
-            x = _independent(form.variable, travel, case)
+        if x is None:  # a variable that does not depend on where the belt runs
+            settings = case.settings
+            x = 1.0 if form.variable == "none" else settings.tension
+            if form.variable == "yaw_set":
+                x = jnp.where(travel >= settings.yaw.at[0], 1.0, 0.0)
+            elif form.variable == "beta":
+                yaw = jax.vmap(angle_at, (None, 0)) if jnp.ndim(travel) else angle_at
+                x = yaw(settings.yaw, travel) + yaw(settings.yaw_head, travel)
         along = sum(self.number(n, k) * half.course_value(s, jnp, at, wide) for n, half in form.halves.items())
         return along * form.shape_value(x, s, jnp, knee) * self.tension_factor(k, case)
 
@@ -543,20 +549,6 @@ def _belt_part(case, travel):
     span, wrap = case.rig.span_length, case.rig.wrap_tail
     ahead, back = travel - jnp.stack([0.0 * span, span + wrap]), jnp.stack([-wrap, span]) - travel
     return jnp.where(case.settings.direction > 0, ahead, back) / case.rig.belt_length
-
-
-def _independent(name: str, travel, case):
-    """A variable that does not depend on where the belt runs, at a travel or at travels (n,)."""
-    settings = case.settings
-
-    def commanded(s):
-        return angle_at(settings.yaw, s) + angle_at(settings.yaw_head, s)
-
-    if name == "beta":
-        return jax.vmap(commanded)(travel) if jnp.ndim(travel) else commanded(travel)
-    if name == "yaw_set":
-        return jnp.where(travel >= settings.yaw.at[0], 1.0, 0.0)
-    return 1.0 if name == "none" else settings.tension
 
 
 def _at_pulleys(*kinds: str) -> Callable[..., Any]:

@@ -75,7 +75,14 @@ def _entries(spec: Any) -> list:
             path = Path(text)
             if not path.is_file():
                 raise InputError("effects", text, "", "no such file; a diagnosis writes one as effects.yaml")
-            entries = entries_of(path.read_bytes(), text)
+            try:
+                content = careful_yaml(path.read_bytes(), text)
+            except ValueError as error:
+                raise InputError("effects", text, "", f"{error}; mend the file") from None
+            known = isinstance(content, Mapping) and content.get("schema") in (SCHEMA, WITH_LAWS)
+            if not known or "effects" not in content:
+                raise InputError("effects", text, "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
+            entries = _as_list(content["effects"] or [])
             for k, item in enumerate(entries):  # a .py named there stands beside it unless its path says otherwise
                 name = str(item.get("id", "")) if isinstance(item, Mapping) else str(item)
                 beside = path.parent / name
@@ -99,7 +106,15 @@ def _read_entry(item: Any) -> tuple[dict[str, type[Effect]], dict[str, Any]]:
     """The effect classes of an entry by id, and its numbers."""
     if isinstance(item, Mapping) and item.get("id") == LAW:
         return {LAW: law_effect(law_of_entry(item))}, {}
-    (name, numbers), known = split_entry(item), library()
+    name, numbers, known = str(item), dict[str, Any](), library()
+    if isinstance(item, Mapping):
+        if "id" not in item:
+            raise InputError("effects", dict(item), "", "every entry needs an id")
+        name, parameters = str(item["id"]), item.get("parameters") or {}
+        if not isinstance(parameters, Mapping):
+            raise InputError(f"effects.{name}.parameters", parameters, "", "write name: number, one a line")
+        beside = {k: v for k, v in item.items() if k not in ("id", "parameters")}
+        numbers = {str(k): v for k, v in (beside | dict(parameters)).items()}
     if name.endswith(".py"):
         return own_effects(Path(name)), numbers
     if name == LAW:
@@ -107,30 +122,6 @@ def _read_entry(item: Any) -> tuple[dict[str, type[Effect]], dict[str, Any]]:
     if name not in known:
         raise InputError("effects", name, "", f"use one of {', '.join(known)}, or a .py file of your own")
     return {name: known[name]}, numbers
-
-
-def split_entry(item: Any) -> tuple[str, dict[str, Any]]:
-    """The id (or .py file) of an entry and its numbers."""
-    if not isinstance(item, Mapping):
-        return str(item), {}
-    if "id" not in item:
-        raise InputError("effects", dict(item), "", "every entry needs an id")
-    numbers = {str(k): v for k, v in item.items() if k not in ("id", "parameters")}
-    parameters = item.get("parameters") or {}
-    if not isinstance(parameters, Mapping):
-        raise InputError(f"effects.{item['id']}.parameters", parameters, "", "write name: number, one a line")
-    return str(item["id"]), numbers | {str(k): v for k, v in parameters.items()}
-
-
-def entries_of(data: bytes, name: str) -> list:
-    """The entries of an effects.yaml; raises InputError for what is none."""
-    try:
-        content = careful_yaml(data, name)
-    except ValueError as error:
-        raise InputError("effects", name, "", f"{error}; mend the file") from None
-    if not isinstance(content, Mapping) or content.get("schema") not in (SCHEMA, WITH_LAWS) or "effects" not in content:
-        raise InputError("effects", name, "", f"write 'schema: {SCHEMA}' and a list 'effects:'")
-    return _as_list(content["effects"] or [])
 
 
 def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:

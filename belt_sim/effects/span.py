@@ -1,7 +1,7 @@
 """What a span is and bears: sag, shear, flatness; a leaning machine, idlers, scrapers, loads, edge guides."""
 
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -131,9 +131,15 @@ class MachineTilt(Effect):
         return add(parts, lean=self.angle)
 
 
-def _place():
-    meaning, grid = "share of the span's length, counted from the head pulley", (0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9)
-    return parameter("1", meaning, plausible=(0.1, 0.9), scale=0.5, null=0.5, modifier=True, grid=grid)
+_PLACE: Any = parameter(
+    "1",
+    "share of the span's length, counted from the head pulley",
+    plausible=(0.1, 0.9),
+    scale=0.5,
+    null=0.5,
+    modifier=True,
+    grid=(0.1, 0.2, 0.35, 0.5, 0.65, 0.8, 0.9),
+)
 
 
 class _OnOneSpan(Effect):
@@ -164,7 +170,7 @@ class IdlerSkew(_OnOneSpan):
         "Measure the rollers' angles, or lower them away for one run.",
     )
     force: float = parameter("N", "side force on the span, forward travel", plausible=(-50.0, 50.0), scale=0.1)
-    place: float = _place()
+    place: float = _PLACE
 
     def influence(self, span, case):
         return force_at(span, share_from_runoff(self.place, self._direction(case)), span_fields(span))
@@ -198,7 +204,7 @@ class SideDrag(_OnOneSpan):
     moment: float = parameter(
         "N m", "couple of a drag at the edge y > 0 of the span", plausible=(-50.0, 50.0), scale=0.2
     )
-    place: float = _place()
+    place: float = _PLACE
 
     def influence(self, span, case):
         return couple_at(span, share_from_runoff(self.place, self._direction(case)), span_fields(span))

@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -310,9 +310,15 @@ NO_LIMIT = 1e5  # [s]: in any record the drift is then a straight line
 _SMALL, _SERIES = 0.01, 6  # below it so many terms of the series are exact to 1e-15, above it 1 - exp is to 1e-14
 
 
-def _time_constant():
-    meaning, grid = "time constant of warming up", (30.0, 60.0, 120.0, 300.0, 1000.0, NO_LIMIT)
-    return parameter("s", meaning, plausible=(30.0, NO_LIMIT), scale=1e3, null=NO_LIMIT, modifier=True, grid=grid)
+_TIME_CONSTANT: Any = parameter(
+    "s",
+    "time constant of warming up",
+    plausible=(30.0, NO_LIMIT),
+    scale=1e3,
+    null=NO_LIMIT,
+    modifier=True,
+    grid=(30.0, 60.0, 120.0, 300.0, 1000.0, NO_LIMIT),
+)
 
 
 def _drift(rate, time_constant, state, case):
@@ -341,7 +347,7 @@ class YawDrift(Effect):
         "Measure the axes' distance at both sides, cold and warm.",
     )
     rate: float = parameter("rad/s", "drift of the tail's yaw at first", plausible=(-1e-5, 1e-5), scale=1e-6)
-    time_constant: float = _time_constant()
+    time_constant: float = _TIME_CONSTANT
 
     def yaw(self, yaw, state, case):
         return add(yaw, tail=_drift(self.rate, self.time_constant, state, case))
@@ -371,7 +377,7 @@ class TaperDrift(Effect):
         scale=2e-7,
         shop=(3.6e9, "ppm of the radius per m of width, per hour"),
     )
-    time_constant: float = _time_constant()
+    time_constant: float = _TIME_CONSTANT
 
     def runup(self, runup, state, case):
         taper = _drift(self.rate, self.time_constant, state, case)

@@ -8,7 +8,6 @@ import traceback
 from collections.abc import Callable, Sequence
 from copy import copy
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar, TypeVar
 
@@ -132,11 +131,8 @@ def uses(effects: Sequence[Hooks], hook: str) -> list:
 def apply_hook(effects: Sequence[Hooks], hook: str, value: Any, *context: Any) -> Any:
     """Return ``value`` as those of ``effects`` that override ``hook`` change it, one after another."""
 
-    def changed(x: Any, e: Hooks) -> Any:
-        return call_hook(e, hook, x, *context)
-
     for e in uses(effects, hook):
-        value = where_acting(e, partial(changed, e=e), value, always=hook not in AT_STEPS)
+        value = where_acting(e, lambda x, e=e: call_hook(e, hook, x, *context), value, always=hook not in AT_STEPS)
     return value
 
 

@@ -172,7 +172,20 @@ def stretch_response(span: Span, kind: str) -> StretchResponse:
     up, off, couple = fields.twist if twists else curved
     stiffness = span.torsion if twists else span.bending
     there = jnp.stack([-(up + off) / span.length, off, up])
-    own = _own_release(span)[None, int(twists)]
+
+    # what a unit jump of the angle takes of the curvature at its own place [1/m], or one of the roll of the rate of
+    # twist, (n,): from the stiffness at the free end of what lies behind every place, and before it
+    pieces = condense(dimensionless(span)[0], 0.5)
+    (p, q), (r, s) = pieces[0]
+
+    def longer(ends, _):
+        left, right = ends
+        return (s + r @ inverse(left - p) @ q, p + q @ inverse(right - s) @ r), ends
+
+    _, (left, right) = jax.lax.scan(longer, (s, p), length=2 ** len(pieces))
+    inside = -jax.vmap(lambda a, b: a @ inverse(a - b) @ b)(left[:-1], right[-2::-1])
+    release = jnp.concatenate([-right[-1:], inside, left[-1:]]) / span.length
+    own = release[None, :, 2, 2] if twists else release[None, :, 0, 1]
 
     def rows(couple):
         added = stiffness * jnp.stack([-up / span.bending, off / span.bending, couple])
@@ -183,24 +196,6 @@ def stretch_response(span: Span, kind: str) -> StretchResponse:
     steps = 0.5 * (rows(before)[:, 1:] + rows(couple)[:, :-1]) * (fields.x[1] - fields.x[0])
     integrals = jnp.concatenate([jnp.zeros((10, 1)), jnp.cumsum(steps, axis=1)], axis=1)
     return StretchResponse(x=fields.x, integrals=integrals, ends=None if twists else there[:, jnp.array([-1, 0])].T)
-
-
-def _own_release(span: Span):
-    """Return what a unit jump of the angle takes of the curvature at its own place [1/m], and one of the roll of the
-    rate of twist, (2, n)."""
-    numbers, *_ = dimensionless(span)
-    pieces = condense(numbers, 0.5)
-    (p, q), (r, s) = pieces[0]
-
-    def longer(ends, _):
-        left, right = ends  # stiffness at the free end of what lies behind it, and before it
-        return (s + r @ inverse(left - p) @ q, p + q @ inverse(right - s) @ r), ends
-
-    _, (left, right) = jax.lax.scan(longer, (s, p), length=2 ** len(pieces))
-    behind, before = left[:-1], right[-2::-1]
-    inside = -jax.vmap(lambda a, b: a @ inverse(a - b) @ b)(behind, before)
-    release = jnp.concatenate([-right[-1:], inside, left[-1:]])
-    return jnp.stack([release[:, 0, 1], release[:, 2, 2]]) / span.length
 
 
 def stretch_ends(length, around, behind, wide, xp=jnp):

@@ -175,16 +175,13 @@ def angle_at(schedule: Schedule, travel):
 
 def mean_angle(schedule: Schedule, start, end):
     """Return the mean yaw [rad] between two travels [m], which keeps the march of second order at steps of the yaw."""
-    return jnp.sum(schedule.change * (_area(schedule, end) - _area(schedule, start))) / (end - start)
-
-
-def _area(schedule: Schedule, travel):
-    """Return the integral of every entry's share up to ``travel`` [m]."""
-    beyond = jnp.maximum(travel - schedule.at, 0.0)
-    over = schedule.over
+    over, areas = schedule.over, []  # integrals of every entry's share up to either travel
     safe = jnp.where(over > 0, over, 1.0)
-    ramp = jnp.where(beyond < over, beyond**2 / (2 * safe), beyond - over / 2)
-    return jnp.where(over > 0, ramp, beyond)
+    for travel in (start, end):
+        beyond = jnp.maximum(travel - schedule.at, 0.0)
+        ramp = jnp.where(beyond < over, beyond**2 / (2 * safe), beyond - over / 2)
+        areas.append(jnp.where(over > 0, ramp, beyond))
+    return jnp.sum(schedule.change * (areas[1] - areas[0])) / (end - start)
 
 
 @pytree

@@ -184,7 +184,17 @@ def condense(numbers, share):
     u = (y/L, theta, phi/roll), f = (kappa L, kappa' L^2/scale, phi' L/roll), roll = sqrt(EI/T), scale =
     sqrt(1 + (K L)^2); L is the length of the whole span.
     """
-    m = _system(*numbers) * (share / 2.0 ** (_SQUARINGS + _DOUBLINGS))
+    kl2, g, shear = numbers
+    scale, zero, one = jnp.sqrt(1.0 + kl2), 0.0 * kl2, 1.0 + 0.0 * kl2
+    system = [  # d/dxi of (y/L, theta, phi/roll; kappa L, kappa' L^2/scale, phi' L/roll)
+        [zero, one, zero, zero, -shear * scale, zero],
+        [zero, zero, -g, one, zero, zero],
+        [zero, zero, zero, zero, zero, one],
+        [zero, zero, zero, zero, scale, zero],
+        [zero, zero, -g * kl2 / scale, kl2 / scale, zero, zero],
+        [zero, zero, zero, g, zero, zero],
+    ]
+    m = jnp.array(system) * (share / 2.0 ** (_SQUARINGS + _DOUBLINGS))
 
     def grow(k, pair):
         term, total = pair
@@ -212,18 +222,3 @@ def inverse(m):
     """Return the inverse of a 3x3 matrix by cross products, which compiles and batches better than a factorisation."""
     rows = jnp.stack([jnp.cross(m[1], m[2]), jnp.cross(m[2], m[0]), jnp.cross(m[0], m[1])])
     return rows.T / (m[0] @ rows[0])
-
-
-def _system(kl2, g, shear):
-    """Return the matrix of d/dxi of (y/L, theta, phi/roll; kappa L, kappa' L^2/scale, phi' L/roll)."""
-    scale = jnp.sqrt(1.0 + kl2)
-    zero, one = 0.0 * kl2, 1.0 + 0.0 * kl2
-    rows = [
-        [zero, one, zero, zero, -shear * scale, zero],
-        [zero, zero, -g, one, zero, zero],
-        [zero, zero, zero, zero, zero, one],
-        [zero, zero, zero, zero, scale, zero],
-        [zero, zero, -g * kl2 / scale, kl2 / scale, zero, zero],
-        [zero, zero, zero, g, zero, zero],
-    ]
-    return jnp.array(rows)

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import jax
@@ -70,14 +69,6 @@ class Composition:
                 raise CannotRepresent(f"effects = {effect.id}: {reason}; leave it out or use model=beam_th2 or strip")
 
 
-def _influence(effect: Hooks, span: Span, case: Case) -> Any:
-    """What ``bend`` of an effect needs of a span; zeros where the effect is null in a whole batch."""
-    if effect.acts is None:
-        return effect.influence(span, case)
-    none = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(lambda: effect.influence(span, case)))
-    return where_acting(effect, lambda _: effect.influence(span, case), none)
-
-
 @dataclass(frozen=True)
 class Spans:
     """Both spans of one case while it is traced.
@@ -98,9 +89,13 @@ class Spans:
         """Condense the span of a case with actual settings, once per march."""
         span = apply_hook(effects, "span", model.span(case), case)
         benders = tuple(uses(effects, "bend"))
-        bent = replace(span, fields=span_fields(span)) if benders else span
-        known = tuple(_influence(e, bent, case) for e in benders)
-        return Spans(case, tuple(effects), span, span_responses(case, effects, span), benders, known)
+        bent, known = replace(span, fields=span_fields(span)) if benders else span, []
+        for e in benders:
+            needs, none = (lambda _, e=e: e.influence(bent, case)), None
+            if e.acts is not None:  # zeros where the effect is null in a whole batch
+                none = jax.tree.map(lambda x: jnp.zeros(x.shape, x.dtype), jax.eval_shape(needs, None))
+            known.append(where_acting(e, needs, none))
+        return Spans(case, tuple(effects), span, span_responses(case, effects, span), benders, tuple(known))
 
     def state(self, travel, since, y, alpha, off: RunOff, yaw: Yaw) -> State:
         """Return the state at this instant; since: travel [m] of the instant before."""
@@ -157,12 +152,10 @@ class Spans:
     def bend(self, boundary: BoundaryValues) -> Bend:
         """Return what effects add inside the spans."""
         bend = no_bend()
-
-        def bent(x: Bend, e: Hooks, known: Any) -> Any:
-            return call_hook(e, "bend", x, boundary, known, self.case)
-
         for e, known in zip(self.benders, self.known, strict=True):
-            bend = where_acting(e, partial(bent, e=e, known=known), bend)
+            bend = where_acting(
+                e, lambda x, e=e, known=known: call_hook(e, "bend", x, boundary, known, self.case), bend
+            )
         return bend
 
     def shape_at(self, place: SensorPlace) -> Callable[[State, RunOff, Yaw], jax.Array]:
@@ -264,68 +257,53 @@ class RitzingerFormula:
         return f"model {self.name} is a formula for the steady rate and reads no effects"
 
     def steady_rate(self, case: Case) -> float:
-        """Return the late drift w = dy/ds of all four points [m/m]."""
-        return ritzinger_rate(case)
+        """Return w_ext = w_Th1 T_requ/T_belt [m/m] (paper eq. 18); the moments are even in yaw: the sign is w_Th1's.
 
+        The belt's two edges are independent elastic catenaries. Yawing the pulley by beta lengthens one chord by
+        b beta/2 and shortens the other; the difference of their tensions makes T_requ (eq. 16), to be compared with the
+        beam's T_belt = 4 E I beta/a (eq. 17).
 
-def ritzinger_rate(case: Case) -> float:
-    """Return w_ext = w_Th1 T_requ/T_belt [m/m] (paper eq. 18); the moments are even in yaw, so the sign is w_Th1's.
-
-    The belt's two edges are independent elastic catenaries. Yawing the pulley by beta lengthens one chord by b beta/2
-    and shortens the other; the difference of their tensions makes T_requ (eq. 16), to be compared with the beam's
-    T_belt = 4 E I beta/a (eq. 17).
-
-    The paper says that each rope carries half the weight, and nothing of its force and section. We read: the full
-    force and the full section. Then the rate is 1.5 w_Th1/(1 + Lambda/4), which is what the paper says of it: like
-    the beam of 2nd order at medium tension, much lower below. With half of both it would be 0.75 w_Th1/(1 + Lambda),
-    half of that beam at 40 N/mm2.
-    """
-    rig, belt = case.rig, case.belt
-    if not float(rig.gravity) > 0.0:
-        raise InputError("rig.gravity", f"{float(rig.gravity):g}", "m/s2", "Ritzinger's formula compares hanging edges")
-    beta = float(case.settings.yaw.last() - case.settings.yaw_head.last())
-    length = float(rig.span_length)
-    first_order = length * beta / 3.0 / (2 * length + float(rig.wrap_head + rig.wrap_tail))
-    if beta == 0.0:
-        return 0.0
-    return first_order * required_moment(case, abs(beta)) / (4 * belt.bending_stiffness * abs(beta) / length)
-
-
-def required_moment(case: Case, beta: float) -> float:
-    """Return T_requ = (F1 - F2) b/2 [N m] for a yaw beta > 0 [rad] (paper eq. 16)."""
-    tight, slack = edge_tensions(case, beta)
-    return (tight - slack) * case.belt.width / 2.0
+        The paper says that each rope carries half the weight, and nothing of its force and section. We read: the full
+        force and the full section. Then the rate is 1.5 w_Th1/(1 + Lambda/4), which is what the paper says of it: like
+        the beam of 2nd order at medium tension, much lower below. With half of both it would be
+        0.75 w_Th1/(1 + Lambda), half of that beam at 40 N/mm2.
+        """
+        rig, belt = case.rig, case.belt
+        if not float(rig.gravity) > 0.0:
+            given = f"{float(rig.gravity):g}"
+            raise InputError("rig.gravity", given, "m/s2", "Ritzinger's formula compares hanging edges")
+        beta = float(case.settings.yaw.last() - case.settings.yaw_head.last())
+        if beta == 0.0:
+            return 0.0
+        length = float(rig.span_length)
+        first_order = length * beta / 3.0 / (2 * length + float(rig.wrap_head + rig.wrap_tail))
+        tight, slack = edge_tensions(case, abs(beta))
+        required = (tight - slack) * belt.width / 2.0
+        return first_order * required / (4 * belt.bending_stiffness * abs(beta) / length)
 
 
 def edge_tensions(case: Case, beta: float) -> tuple[float, float]:
     """Return the horizontal tensions F1, F2 [N] of the edge that a yaw beta > 0 [rad] lengthens, and of the other."""
     weight = float(case.weight_per_length) / 2.0
     stiffness = case.belt.youngs_modulus * case.belt.area
-    force, chord, b = float(case.tension_force), float(case.rig.span_length), case.belt.width
-    unstretched = _rope_length(force, chord, weight) / (1.0 + force / stiffness)
-    tight = _tension(unstretched, chord + b * beta / 2, weight, stiffness, force)
-    slack = _tension(unstretched, chord - b * beta / 2, weight, stiffness, force)
-    return tight, slack
+    stated, straight, b = float(case.tension_force), float(case.rig.span_length), case.belt.width
+    if straight * weight / (2.0 * stated) > LIMPEST:
+        remedy = f"no rope hangs so over {straight:g} m; raise the tension"
+        raise InputError("tension", f"{stated:g}", "N an edge", remedy)
 
+    def stretched_less(force: float, chord: float, unstretched: float) -> float:
+        """Length of a catenary [m] with a horizontal tension over a chord, less that of the rope which it stretches."""
+        c = force / weight
+        return 2.0 * c * math.sinh(chord / (2.0 * c)) - unstretched * (1.0 + force / stiffness)
 
-def _rope_length(force: float, chord: float, weight: float) -> float:
-    """Return the length of a catenary [m] with horizontal tension ``force`` over ``chord``."""
-    c = force / weight
-    if chord / (2.0 * c) > LIMPEST:
-        raise InputError("tension", f"{force:g}", "N an edge", f"no rope hangs so over {chord:g} m; raise the tension")
-    return 2.0 * c * math.sinh(chord / (2.0 * c))
-
-
-def _tension(unstretched: float, chord: float, weight: float, stiffness: float, guess: float) -> float:
-    """Return the horizontal tension [N] of an elastic catenary of given unstretched length."""
     from scipy.optimize import brentq  # slow to import, and only this model needs it
 
-    def mismatch(force: float) -> float:
-        return _rope_length(force, chord, weight) - unstretched * (1.0 + force / stiffness)
-
-    lowest = max(guess * 0.02, chord * weight / (2.0 * LIMPEST))
-    highest = guess * 50.0 + stiffness * 1e-3
-    if mismatch(lowest) * mismatch(highest) > 0.0:
-        remedy = "an edge cannot hang in equilibrium after this yaw; raise the tension or turn the pulley less"
-        raise InputError("tension", f"{guess:g}", "N an edge", remedy)
-    return float(brentq(mismatch, lowest, highest, xtol=1e-9 * guess))
+    unstretched, found = stretched_less(stated, straight, 0.0) / (1.0 + stated / stiffness), []
+    for chord in (straight + b * beta / 2, straight - b * beta / 2):
+        ends = max(stated * 0.02, chord * weight / (2.0 * LIMPEST)), stated * 50.0 + stiffness * 1e-3
+        low, high = (stretched_less(end, chord, unstretched) for end in ends)
+        if low * high > 0.0:
+            remedy = "an edge cannot hang in equilibrium after this yaw; raise the tension or turn the pulley less"
+            raise InputError("tension", f"{stated:g}", "N an edge", remedy)
+        found.append(float(brentq(stretched_less, *ends, args=(chord, unstretched), xtol=1e-9 * stated)))
+    return found[0], found[1]

@@ -15,7 +15,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.line.influence import span_fields
-from belt_sim.line.spans import ritzinger_rate
+from belt_sim.line.spans import RitzingerFormula
 from belt_sim.model import AnalyticModel, analytic_model
 from belt_sim.show.style import AMBER, BLUE, FAINT, GREEN, INK, PINK, RED, SKY
 from belt_sim.units import MM, MM_PER_M, N_PER_MM2
@@ -68,7 +68,7 @@ def moving(model: str, tension: float) -> Curves:
 def steady(model: str, tension: float) -> float:
     """Steady rate [m/m] on the test rig, in closed form."""
     case = case_at(tension)
-    return ritzinger_rate(case) if model == "ritzinger" else analytic_model(model).steady_rate(case)
+    return RitzingerFormula().steady_rate(case) if model == "ritzinger" else analytic_model(model).steady_rate(case)
 
 
 def read_rate(curves: Curves, begin: float, end: float, point: int = 1) -> float:

@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 
 from belt_sim.case import Case
-from belt_sim.effects.contact import LiftOff
+from belt_sim.effects.pulley import LiftOff
 from belt_sim.effects.span import Flatness
 from belt_sim.jax_setup import jit_float64
 from belt_sim.line.span import strip

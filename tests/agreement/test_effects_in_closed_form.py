@@ -8,7 +8,7 @@ from paper_cases import BELT, RIG, YAW, affected, marched, only, paper_case, ste
 
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
-from belt_sim.effects.pulley_shape import PulleyDeflection
+from belt_sim.effects.pulley import PulleyDeflection
 from belt_sim.effects.sensors import EncoderScale
 from belt_sim.effects.span import Shear
 from belt_sim.effects.yaw import UnequalTension

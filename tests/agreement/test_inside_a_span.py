@@ -9,7 +9,7 @@ from scipy.integrate import simpson, solve_bvp
 from scipy.linalg import expm
 
 from belt_sim.effects.belt_shape import Camber, Weld, raised_cosine
-from belt_sim.effects.pulley_shape import Taper
+from belt_sim.effects.pulley import Taper
 from belt_sim.effects.span import EdgeGuide
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.influence import natural_curvature_rows, span_fields, supports

@@ -9,7 +9,7 @@ from scipy.integrate import simpson
 from scipy.linalg import expm
 
 from belt_sim.curves import late_rates, offsets
-from belt_sim.effects.contact import LiftOff
+from belt_sim.effects.pulley import LiftOff
 from belt_sim.line.span import strip, torsional_stiffness
 from belt_sim.line.spans import span_responses
 from belt_sim.model import MODELS

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.base import effect
-from belt_sim.effects.contact import Slip, with_side_force
+from belt_sim.effects.pulley import Slip, with_side_force
 from belt_sim.line.march import march_case
 from belt_sim.line.span import beam_second_order, response
 from belt_sim.model import analytic_model

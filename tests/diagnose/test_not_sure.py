@@ -8,7 +8,7 @@ from small_campaign import CLASSES, MODEL, REPEATED
 from belt_sim.diagnosis.decide import POLICY
 from belt_sim.diagnosis.describe import describe, held_back
 from belt_sim.diagnosis.examine import examine
-from belt_sim.effects.pulley_shape import Taper
+from belt_sim.effects.pulley import Taper
 from belt_sim.results.estimates import Estimate
 from belt_sim.results.words import join_words
 from belt_sim.virtual_rig.make import make_campaign

@@ -13,7 +13,7 @@ from belt_sim.campaign import read_campaign
 from belt_sim.case import Rig, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.base import library
-from belt_sim.effects.contact import with_side_force
+from belt_sim.effects.pulley import with_side_force
 from belt_sim.errors import SimulationError, warning
 from belt_sim.io import ROOT
 from belt_sim.line.runup import FRICTION

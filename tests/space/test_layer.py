@@ -7,7 +7,7 @@ import pytest
 from paper_cases import paper_case
 from pulley_bench import empty_wrap, pose, surface
 
-from belt_sim.effects.contact import LiftOff
+from belt_sim.effects.pulley import LiftOff
 from belt_sim.line.span import torsional_stiffness
 from belt_sim.model import analytic_model
 from belt_sim.space import Options

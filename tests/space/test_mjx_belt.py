@@ -12,8 +12,7 @@ from paper_cases import paper_case
 import belt_sim as bs
 from belt_sim.case import Schedule
 from belt_sim.effects.belt_shape import Camber
-from belt_sim.effects.contact import LiftOff
-from belt_sim.effects.pulley_shape import Taper
+from belt_sim.effects.pulley import LiftOff, Taper
 from belt_sim.effects.span import MachineTilt
 from belt_sim.effects.yaw import Cant, YawCompliance
 from belt_sim.errors import CannotRepresent, InputError, SimulationError

@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from belt_sim.curves import curves_columns
 from belt_sim.effects.belt_shape import Camber, Weld
-from belt_sim.effects.pulley_shape import Crown, Taper
+from belt_sim.effects.pulley import Crown, Taper
 from belt_sim.effects.sensors import EncoderScale, SensorGain
 from belt_sim.effects.span import EdgeGuide
 from belt_sim.effects.yaw import Cant, TensionBias, YawOffsetTail

@@ -6,7 +6,6 @@ from virtual_bench import ARC, SPAN, YAW, late_rate, measured, plan_of
 
 from belt_sim.campaign import Quantity
 from belt_sim.units import MM, MM_PER_M, N_PER_MM2
-from belt_sim.virtual_rig import march
 from belt_sim.virtual_rig.line import solve_span
 from belt_sim.virtual_rig.march import TrueErrors, true_line
 from belt_sim.virtual_rig.plan import RunSetting
@@ -84,8 +83,7 @@ def test_no_sag_no_tilt_and_the_strip_becomes_th2():
     assert np.all(flat.tilt == 0.0)
 
 
-def test_the_step_is_small_enough(monkeypatch):
+def test_the_step_is_small_enough():
     _, usual = measured(base="strip")
-    monkeypatch.setattr(march, "STEPS_A_WRAP", 16)
-    _, fine = measured(base="strip")
+    _, fine = measured(base="strip", steps=16)
     assert np.abs(usual - fine).max() < 3e-9  # [m]; sensors see 1e-7 at best

@@ -12,6 +12,8 @@ from belt_sim.virtual_rig.hidden import (
     DEVELOPMENT,
     MIX,
     OUTSIDE,
+    RANDOM_LIBRARY,
+    SIZES,
     UNMODELLED,
     Detectability,
     LibrarySignatures,
@@ -88,6 +90,10 @@ def test_the_same_seed_makes_the_same_campaign(kind):
     assert first == again
     assert first.kind == kind
     assert first.plan == f"{PLANS[QUICK][0]} {QUICK}"
+    assert len(first.effects) == {"library": 1, "two": 2}[kind]
+    for effect in first.effects:
+        assert effect["id"] in {cls.id for cls in RANDOM_LIBRARY if not cls.part_of}
+        assert min(abs(effect["d"] - d) for d in SIZES) < 0.2 * effect["d"]
     for a, b in zip(one.runs, two.runs, strict=True):
         assert all(np.array_equal(a.signals[n], b.signals[n]) for n in a.signals)
 
