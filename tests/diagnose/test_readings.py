@@ -11,7 +11,7 @@ from belt_sim.diagnosis.forward import Forward, Slot, bin_attenuation, significa
 from belt_sim.diagnosis.samples import Samples, samples_of
 from belt_sim.effects.base import library
 from belt_sim.effects.belt_shape import EdgeProfile, Weld
-from belt_sim.effects.pulley_shape import Taper
+from belt_sim.effects.pulley import Taper
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Plan, RunSetting
 
