@@ -270,7 +270,7 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
     for argument in overrides:
         key, _, value = argument.partition("=")
         added = key.lstrip("+").split("@")[0]
-        groups = any((Path(place) / added).is_dir() for place in (CONF, *own)) or "hydra.searchpath=" in "".join(
+        groups = any((place / added).is_dir() for place in (CONF, *map(Path, own))) or "hydra.searchpath=" in "".join(
             overrides
         )
         if argument.startswith("+") and not (added.split(".")[0].split("/")[0] in OPEN or groups):

@@ -288,7 +288,7 @@ def refuse_unknown_keys(settings: Mapping[str, Any], command: str, own: Collecti
 
 def plain_settings(config: DictConfig) -> dict[str, Any]:
     """A configuration as plain dicts and lists, without Hydra's own."""
-    bare = OmegaConf.masked_copy(config, [k for k in config if k != "hydra"]) if "hydra" in config else config
+    bare = OmegaConf.masked_copy(config, [str(k) for k in config if k != "hydra"]) if "hydra" in config else config
     return OmegaConf.to_container(bare, resolve=True, throw_on_missing=True)  # type: ignore[return-value]
 
 

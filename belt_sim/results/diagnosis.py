@@ -382,9 +382,11 @@ class Discovery(Display):
 
     def lines(self) -> list[str]:
         """The verdict, the sentence, the places, what cannot be told apart and what cannot be known."""
-        where = ", at a place that these runs cannot tell" if self.alike else f", at the {self.law.place}"
-        verdict = f"Something is missing (probability {self.probability:.2g}), and a law describes it{where}."
-        lines = ([verdict] if self.law is not None else []) + [self.sentence]
+        lines = [self.sentence]
+        if self.law is not None:
+            where = ", at a place that these runs cannot tell" if self.alike else f", at the {self.law.place}"
+            verdict = f"Something is missing (probability {self.probability:.2g}), and a law describes it{where}."
+            lines.insert(0, verdict)
         if self.found:
             lines += [f"{p.words}: log evidence {p.gain:.0f} ({p.pool})" for p in self.places[:4]]
         lines += [f"not told apart from: {r.formula} ({r.place})" for r in self.rivals]

@@ -57,9 +57,9 @@ def fault_from_spec(spec: str | dict) -> Fault:
     for name, value in given.items():
         if name not in allowed:
             raise InputError(f"hidden {cls.id}", name, "", f"its parameters are {', '.join(allowed)}")
-        finite(f"hidden {cls.id}.{name}", value, "", "give a number in SI")
+        number = finite(f"hidden {cls.id}.{name}", value, "", "give a number in SI")
         limit = cls.sizes[name].limit if name in cls.sizes else np.inf
-        if not (low := 0.0 if cls.positive and name in cls.sizes else -limit) <= value <= limit:
+        if not (low := 0.0 if cls.positive and name in cls.sizes else -limit) <= number <= limit:
             remedy = f"must lie between {low:g} and {limit:g}"
             raise InputError(f"hidden {cls.id}.{name}", value, cls.sizes[name].unit, remedy)
     made = cls(**given)
