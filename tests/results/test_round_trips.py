@@ -208,3 +208,9 @@ def test_any_result_follows_the_schema_and_is_read_back(parts):
     for name in PARTS:
         assert same(getattr(result, name), getattr(back, name)), name
     assert same(diagnosis_json(back), content)
+
+
+def test_a_discovery_without_a_law_says_its_sentence_first():
+    assert BASE.discovery is not None
+    assert BASE.discovery.law is None
+    assert BASE.discovery.lines()[0] == BASE.discovery.sentence
