@@ -18,7 +18,9 @@
 
 import functools
 import hashlib
+import json
 import os
+import platform
 import subprocess
 import sys
 import threading
@@ -30,10 +32,12 @@ from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import jax
-from jax import export
+import jax.numpy as jnp
+import jaxlib
+from jax.experimental import serialize_executable
 
 from belt_sim.errors import BeltError, InputError
-from belt_sim.io import code_hash, write_with
+from belt_sim.io import code_hash, write_text, write_with
 
 WORKERS = 2  # marches at once, unless told otherwise
 P = ParamSpec("P")
@@ -204,7 +208,7 @@ def is_unfused() -> bool:
     return _UNFUSED in os.environ.get("XLA_FLAGS", "")
 
 
-TRACED = "traced"  # below JAX's folder of compiled programs
+STORED = "stored"  # below JAX's folder of compiled programs
 
 
 def program_key(name: str, model: Any, effects: Iterable[type], *shape: Any) -> str | None:
@@ -216,6 +220,52 @@ def program_key(name: str, model: Any, effects: Iterable[type], *shape: Any) -> 
         return None
     laws = (model.name, sorted(model.hooks), sorted(model.contains), model.built_in, model.moments)
     return repr((name, laws, [(p.__module__, p.__qualname__) for p in parts], shape))
+
+
+@functools.cache
+def _machine() -> tuple[str, ...]:
+    """What machine code depends on besides its program: versions, flags, and what the processor is and can do."""
+    processor = platform.processor()
+    with suppress(OSError):
+        first = Path("/proc/cpuinfo").read_text(encoding="utf-8").split("\n\n")[0].splitlines()
+        processor = "\n".join(sorted(x for x in first if x.startswith(("model name", "flags", "Features", "CPU part"))))
+    return jax.__version__, jaxlib.__version__, os.environ.get("XLA_FLAGS", ""), processor
+
+
+def _digest(*parts: Any) -> str:
+    return hashlib.sha256("\n".join(map(str, parts)).encode()).hexdigest()
+
+
+def _load(file: Path) -> Callable[..., Any]:
+    """The program of a file; raises OSError where there is none, ValueError where it is damaged."""
+    kept = file.read_bytes()
+    if hashlib.sha256(kept[32:]).digest() != kept[:32]:
+        raise ValueError(file)
+    head, _, program = kept[32:].partition(b"\n")
+    inputs, outputs, calls_lapack = json.loads(head)
+    if calls_lapack:  # which JAX loads as it lowers what calls it
+        jax.jit(jnp.linalg.cholesky).lower(jnp.eye(1))
+    results = 0 if outputs is None else (0,) * outputs
+    trees = jax.tree.structure(((0,) * inputs, {})), jax.tree.structure(results)
+    return serialize_executable.deserialize_and_load(program, *trees)  # type: ignore[no-any-return]
+
+
+def _compile(lowered: jax.stages.Lowered, file: Path) -> Callable[..., Any]:
+    """``lowered`` compiled and kept in ``file``: not in JAX's own cache, as what is read there cannot be written."""
+    least = "jax_persistent_cache_min_compile_time_secs"
+    before = jax.config.values[least]
+    jax.config.update(least, float("inf"))
+    try:
+        made = lowered.compile()
+    finally:
+        jax.config.update(least, before)
+    program, inputs, outputs = serialize_executable.serialize(made)
+    several = None if outputs == jax.tree.structure(0) else outputs.num_leaves
+    head = json.dumps([inputs.num_leaves, several, "lapack" in made.as_text()]).encode() + b"\n"
+    with suppress(OSError, BeltError):  # a full or read-only disk keeps none
+        digest = hashlib.sha256(head + program).digest()
+        write_with(file, lambda path: path.write_bytes(digest + head + program))
+    return made
 
 
 class StoredProgram:
@@ -248,20 +298,23 @@ class StoredProgram:
             return self.programs[structure, types]
 
     def _make(self, leaves: list[Any], structure: Any, types: tuple[Any, ...]) -> Callable[..., Any]:
-        def of_leaves(*leaves: Any) -> Any:
+        def stored_program(*leaves: Any) -> Any:
             return self.function(*jax.tree.unflatten(structure, leaves))
 
-        folder, options = jax.config.values["jax_compilation_cache_dir"], known_options(self.effort)
-        if self.key is None or not folder or jax.default_backend() != "cpu" or find_spec("flatbuffers") is None:
-            return jax.jit(of_leaves, compiler_options=options)
-        told = "\n".join([code_hash(), jax.__version__, self.key, str(structure), *map(str, types)])
-        file = Path(folder) / TRACED / f"{hashlib.sha256(told.encode()).hexdigest()}.stablehlo"
-        with suppress(OSError):
-            kept = file.read_bytes()
-            if hashlib.sha256(kept[32:]).digest() == kept[:32]:  # else it is damaged
-                return jax.jit(export.deserialize(bytearray(kept[32:])).call, compiler_options=options)
-        exported = export.export(jax.jit(of_leaves))(*leaves)
-        written = bytes(exported.serialize())
-        with suppress(OSError, BeltError):  # a full or read-only disk keeps none
-            write_with(file, lambda path: path.write_bytes(hashlib.sha256(written).digest() + written))
-        return jax.jit(exported.call, compiler_options=options)
+        folder = jax.config.values["jax_compilation_cache_dir"]
+        if self.key is None or not folder or jax.default_backend() != "cpu":
+            return jax.jit(stored_program, compiler_options=known_options(self.effort))
+        asked = Path(folder) / STORED / _digest(code_hash(), self.key, structure, types, self.effort, *_machine())
+        with suppress(OSError, ValueError):
+            return _load(asked.with_name(asked.read_text()))
+        traced = jax.jit(stored_program, keep_unused=True, compiler_options=known_options(self.effort))
+        lowered = traced.lower(*leaves)
+        digest = _digest(lowered.as_text(), lowered.in_tree, lowered.out_tree, self.effort, *_machine())
+        file = asked.with_name(f"{digest}.program")  # other code may have given the same one
+        try:
+            program = _load(file)
+        except (OSError, ValueError):
+            program = _compile(lowered, file)
+        with suppress(OSError, BeltError):
+            write_text(asked, file.name)
+        return program

@@ -20,21 +20,20 @@ from belt_sim.effects.base import library, short_title
 from belt_sim.effects.load import save_effects
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import write_json, write_text
-from belt_sim.results.diagnosis import Diagnosis, Discovery
-from belt_sim.results.errors import Comparison
-from belt_sim.results.files import diagnosis_json, discovery_json, file_json, read_diagnosis, to_json
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import tension
-from belt_sim.show import diagnosis as pictures
 from belt_sim.show.curves import curves_picture, map_picture, steady_picture, understood_picture
-from belt_sim.show.report import write_report
 from belt_sim.show.style import save, svg_text
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # a curve does not wait for the types of comparisons and diagnoses
     import pandas as pd
 
+    from belt_sim.results.diagnosis import Diagnosis, Discovery
+    from belt_sim.results.errors import Comparison
+
+    Result = Simulation | Comparison | Diagnosis | Discovery | Campaign
+
 Draw = Callable[[Path | None], Any]
-Result = Simulation | Comparison | Diagnosis | Discovery | Campaign
 
 
 @dataclass(frozen=True, repr=False)
@@ -118,32 +117,51 @@ def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> 
             curves[name if name not in curves else f"{name} ({k})"] = s.curves
         if curves:
             there["curves"] = partial(curves_picture, curves=curves, title="Points 1-4 against belt travel")
-    elif isinstance(result, Simulation) and result.curves is not None:
+    elif isinstance(result, Simulation):
         simulated = " + ".join([_model_words(result.model), *(e.id for e in result.effects)])
         title = f"{simulated[:1].upper()}{simulated[1:]}, {tension(float(result.case.settings.tension))} N/mm²"
-        there["curves"] = partial(curves_picture, curves={result.model: result.curves}, title=title)
+        if result.curves is not None:
+            there["curves"] = partial(curves_picture, curves={result.model: result.curves}, title=title)
     elif (loop := getattr(result, "plot", None)) and hasattr(result, "margins"):  # a ClosedLoop draws itself
         there["loop"] = loop
     elif isinstance(result, Campaign):
         there["readings"] = partial(understood_picture, campaign=result)
-    elif isinstance(result, Discovery):
+    else:
+        there = _pictures_of_inference(result)
+    return there
+
+
+def _pictures_of_inference(result: Any) -> dict[str, Draw]:
+    """The same of a comparison, a diagnosis or a discovery: none of anything else."""
+    from belt_sim.results.diagnosis import Diagnosis, Discovery
+    from belt_sim.results.errors import Comparison
+    from belt_sim.show import diagnosis as pictures
+
+    there: dict[str, Draw] = {}
+    if isinstance(result, Discovery):
         if result.courses:
             there["unknown"] = partial(pictures.unknown_picture, d=result)
         if result.law is not None and result.curve is not None and np.isfinite(result.curve.u).all():
             there["law"] = partial(pictures.law_picture, d=result)
-    elif isinstance(result, Comparison):
-        if result.drawings.overlays:
-            there |= _overlay(result)
-        if result.where is not None and result.drawings.maps:
-            there |= _maps(result)
-        if result.steady:
-            title = f"Late rates: {result.campaign.title}"
-            there["steady"] = partial(steady_picture, rows=result.steady, name=result.final_model, title=title)
-    elif isinstance(result, Diagnosis):
-        there |= _overlay(result) | _maps(result)
-        words, names = _compared_words(result)
-        first = [p for p in result.drawings.overlays if p.run == result.where.worst.run][:2]
+    if not isinstance(result, Comparison | Diagnosis):
+        return there
+
+    words, names = _compared_words(result)
+    titled, drawn = f"{words}: {result.campaign.title}", result.drawings
+    if drawn.overlays or isinstance(result, Diagnosis):
+        there["overlay"] = partial(pictures.overlay_picture, panels=drawn.overlays, title=titled, names=names)
+    if drawn.maps or isinstance(result, Diagnosis):
+        titled = f"Where {_model_words(result.base_model)} fails: {result.campaign.title}"
+        there["where"] = partial(pictures.where_map_picture, maps=drawn.maps, title=titled)
+        if drawn.drifts:
+            titled = f"{drawn.drifts[0][0].parameter} fitted at each tension"
+            there["drift"] = partial(pictures.drift_chart_picture, drifts=drawn.drifts, title=titled, names=names)
+    if isinstance(result, Diagnosis):
+        first = [p for p in drawn.overlays if p.run == result.where.worst.run][:2]
         there["headline"] = partial(pictures.overlay_picture, panels=first, title=words, names=names)
+    elif result.steady:
+        titled = f"Late rates: {result.campaign.title}"
+        there["steady"] = partial(steady_picture, rows=result.steady, name=result.final_model, title=titled)
     return there
 
 
@@ -153,65 +171,55 @@ def _model_words(name: str) -> str:
     return f"{words} ({name})" if words != name else name
 
 
-def _effect_words(name: str) -> str:
-    """An effect in a few words, its id in brackets; the id where it is one of the user's own."""
-    cls = library().get(name)
-    words = name if cls is None else short_title(cls)
-    return f"{words} ({name})" if words.lower() != name else words
-
-
-def _compared_words(result: Comparison | Diagnosis) -> tuple[str, dict[str, str]]:
+def _compared_words(result: "Comparison | Diagnosis") -> tuple[str, dict[str, str]]:
     """Which models a picture compares with the measurement, and their names for its legend."""
-    if isinstance(result, Diagnosis) and result.law_instead:
-        ids, added = "the discovered law", "the discovered law"
-    else:
-        ids, spoken = ", ".join(e.id for e in result.effects), [_effect_words(e.id) for e in result.effects]
+    ids = added = ", ".join(e.id for e in result.effects)
+    if getattr(result, "law_instead", False):  # of a diagnosis
+        ids = added = "the discovered law"
+    elif ids:
+        spoken = []
+        for e in result.effects:  # in a few words, with the id; the id alone where it is one of the user's own
+            cls = library().get(e.id)
+            words = e.id if cls is None else short_title(cls)
+            spoken.append(f"{words} ({e.id})" if words.lower() != e.id else words)
         added = ", ".join(words[:1].lower() + words[1:] for words in spoken)
     base = _model_words(result.base_model)
     words = f"{base[:1].upper()}{base[1:]} {f'without and with {added}' if added else 'beside the measurement'}"
     return words, {"base": result.base_model, "final": f"with {ids}", "measured": result.campaign.readings}
 
 
-def _overlay(result: Any) -> dict[str, Draw]:
-    words, names = _compared_words(result)
-    title = f"{words}: {result.campaign.title}"
-    return {"overlay": partial(pictures.overlay_picture, panels=result.drawings.overlays, title=title, names=names)}
-
-
-def _maps(result: Any) -> dict[str, Draw]:
-    drawn, (_, names) = result.drawings, _compared_words(result)
-    title = f"Where {_model_words(result.base_model)} fails: {result.campaign.title}"
-    there: dict[str, Draw] = {"where": partial(pictures.where_map_picture, maps=drawn.maps, title=title)}
-    if drawn.drifts:
-        said = f"{drawn.drifts[0][0].parameter} fitted at each tension"
-        there["drift"] = partial(pictures.drift_chart_picture, drifts=drawn.drifts, title=said, names=names)
-    return there
-
-
-def report_pictures(d: Diagnosis) -> dict[str, str]:
+def report_pictures(d: "Diagnosis") -> dict[str, str]:
     """The pictures of a report as SVG text, by kind: each is drawn once, for the page and for the run's folder."""
+    from belt_sim.show.diagnosis import overlay_svg
+
     made: dict[str, str] = {}
     if d.drawings.overlays:
         words, names = _compared_words(d)
-        made["overlay"] = pictures.overlay_svg(d.drawings.overlays, words, names=names)
-    there = _maps(d) if d.drawings.maps else {}
+        made["overlay"] = overlay_svg(d.drawings.overlays, words, names=names)
+    there = _pictures_of_inference(d) if d.drawings.maps else {}
+    there = {kind: there[kind] for kind in ("where", "drift") if kind in there}
     if d.discovery is not None and d.discovery.found:
-        law = pictures_by_kind(d.discovery)
+        law = _pictures_of_inference(d.discovery)
         there |= {kind: law[kind] for kind in ("unknown", *(["law"] if d.law_holds else [])) if kind in law}
     return made | {kind: svg_text(draw(None)) for kind, draw in there.items()}
 
 
-def report(diagnosis: Diagnosis | str | os.PathLike[str], path: str | os.PathLike[str]) -> Path:
+def report(diagnosis: "Diagnosis | str | os.PathLike[str]", path: str | os.PathLike[str]) -> Path:
     """Write the report of a diagnosis (or of the run folder of one) to ``path`` (.html), which needs no network."""
-    found = diagnosis if isinstance(diagnosis, Diagnosis) else read_diagnosis(Path(diagnosis))
+    from belt_sim.results.files import read_diagnosis
+    from belt_sim.show.report import write_report
+
+    found = read_diagnosis(Path(diagnosis)) if isinstance(diagnosis, str | os.PathLike) else diagnosis
     return write_report(path, found, report_pictures(found))
 
 
 # ---- files in the folder of a run
 
 
-def write_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
+def write_comparison(folder: Path, c: "Comparison", *, pictures: bool) -> None:
     """comparison.json (and the same as summary.json, which sweeps look for), per_run.csv and pictures."""
+    from belt_sim.results.files import file_json, to_json
+
     content = file_json(c)
     if c.per_run:
         rows = [{k: v for k, v in to_json(r).items() if not isinstance(v, dict)} for r in c.per_run]
@@ -226,7 +234,7 @@ def write_comparison(folder: Path, c: Comparison, *, pictures: bool) -> None:
         draw_all(folder, c)
 
 
-def draw_all(folder: Path, result: Simulation | Comparison) -> None:
+def draw_all(folder: Path, result: "Simulation | Comparison") -> None:
     """Every picture of a result, named by its kind."""
     for kind, drawn in pictures_by_kind(result).items():
         with numbers_first(f"{kind}.png"):
@@ -245,8 +253,10 @@ def numbers_first(what: str) -> Iterator[None]:
         print(f"belt-sim: {what}: not drawn ({type(error).__name__}: {reason})", file=sys.stderr)
 
 
-def write_diagnosis(folder: Path, d: Diagnosis, *, pictures: bool) -> None:
+def write_diagnosis(folder: Path, d: "Diagnosis", *, pictures: bool) -> None:
     """diagnosis.json, drawings.json, effects.yaml; what was discovered; report.html and, with pictures, those in it."""
+    from belt_sim.results.files import diagnosis_json, file_json
+
     write_json(folder / "drawings.json", file_json(d.drawings))
     spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
     held = f"# {d.held_as_settings}\n" if d.tied else ""
@@ -257,15 +267,19 @@ def write_diagnosis(folder: Path, d: Diagnosis, *, pictures: bool) -> None:
     write_page(folder, d, pictures=pictures)
 
 
-def write_discovery(folder: Path, d: Discovery) -> None:
+def write_discovery(folder: Path, d: "Discovery") -> None:
     """discovery.json, and found_law.yaml where a law was found."""
+    from belt_sim.results.files import discovery_json
+
     if d.law_file:
         write_text(folder / "found_law.yaml", d.law_file)
     write_json(folder / "discovery.json", discovery_json(d))
 
 
-def write_page(folder: Path, d: Diagnosis, *, pictures: bool) -> Path:
+def write_page(folder: Path, d: "Diagnosis", *, pictures: bool) -> Path:
     """report.html and, with pictures, those in it as SVG files; each is drawn once."""
+    from belt_sim.show.report import write_report
+
     drawn: dict[str, str] = {}
     with numbers_first("the pictures of the report"):
         drawn = report_pictures(d) if pictures else {}

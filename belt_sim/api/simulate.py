@@ -30,7 +30,6 @@ from belt_sim.model import (
     ModelName,
     SteadyModel,
 )  # fmt: skip
-from belt_sim.results.diagnosis import FoundEffect
 from belt_sim.results.simulation import Simulation
 from belt_sim.settings import case_from, case_or_settings, make_settings, model_settings
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
@@ -43,6 +42,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     from belt_sim.linear.plant import LinearBelt, PlantSchedule
+    from belt_sim.results.diagnosis import FoundEffect
     from belt_sim.space.run import Computed
 
 #: a model by name, by name and settings, or as an object
@@ -170,11 +170,12 @@ def effects_of(asked: Any) -> tuple[Effect, ...]:
     asked: None, an effects.yaml, or a list of ids, .py files, mappings {id: taper, kappa_t: 2e-5}, Effect objects and
     the effects that a diagnosis found.
     """
-    made = [asked] if isinstance(asked, Effect | FoundEffect) else asked
+    found_by = "as_setting"  # what a diagnosis has found has it; a curve does not wait for the types of a diagnosis
+    made = [asked] if isinstance(asked, Effect) or hasattr(asked, found_by) else asked
     if not isinstance(made, Sequence) or isinstance(made, str):
         return load_effects(made)
-    laws = {k: e.law for k, e in enumerate(made) if isinstance(e, FoundEffect) and e.law}
-    made = [e.as_setting() if isinstance(e, FoundEffect) else e for e in made]
+    laws = {k: e.law for k, e in enumerate(made) if hasattr(e, found_by) and e.law}
+    made = [e.as_setting() if hasattr(e, found_by) else e for e in made]
     made = [law_effect(law_of_entry(laws[k], found=True))() if k in laws else e for k, e in enumerate(made)]
     for cls in (e for e in made if isinstance(e, type) and issubclass(e, Effect)):
         example = f"{cls.__name__}({next(iter(cls.parameters))}=...)"
@@ -281,7 +282,7 @@ def limits_of_run(case: Case, model: Any, effects: Sequence[Effect], travel: flo
 
 
 def validity_warnings(
-    campaign: Campaign, model: AnalyticModel, effects: Sequence[Effect | FoundEffect]
+    campaign: Campaign, model: AnalyticModel, effects: "Sequence[Effect | FoundEffect]"
 ) -> tuple[str, ...]:
     """A sentence a limit that some runs of a campaign are beyond; runs are marched with effects of the library, or if
     they may slip without any.

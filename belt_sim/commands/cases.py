@@ -16,7 +16,7 @@ from belt_sim.curves import Curves, Frame, Observer, read_curves, write_curves
 from belt_sim.errors import BeltError, InputError, SimulationError, finite, whole
 from belt_sim.io import provenance, write_json, write_text, write_with
 from belt_sim.model import AnalyticModel, Model, SteadyModel
-from belt_sim.results.simulation import Simulation
+from belt_sim.results.simulation import Simulation, summary_json
 from belt_sim.settings import case_from, make_case, model_settings
 from belt_sim.show.observers import ProgressObserver, ViewerObserver, has_display, progress, resolve_watch
 from belt_sim.show.terminal import tell, tell_choice
@@ -100,8 +100,6 @@ def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = Fals
                 found = simulate_one(case, model=model, **asked, scene_path=draft / "scene.xml")
             if (curves := found.written_curves) is not None:
                 write_curves(draft / "curves.csv", curves)
-            from belt_sim.results.files import summary_json
-
             write_json(draft / "summary.json", summary_json(found, provenance(config)))
             if config["pictures"]:
                 from belt_sim.api.plot import draw_all  # Matplotlib takes a while

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 
 from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, TURN_OVER, Cause, Effect, effect, parameter
 from belt_sim.line.runup import add, sag_angle
+from belt_sim.line.span import solve_by_halves
 
 _CONE = "ppm of the radius per m of width"
 _TAPER = (1e6, _CONE)
@@ -278,7 +279,7 @@ class LiftOff(Effect):
         back = back.at[:, 4, 0].set(lift[0] * moment).at[:, 3, 1].set(lift[1] * moment)  # phi at either
         out = jnp.stack([answer.runup, answer.runoff, answer.twist_runup, answer.twist_runoff], axis=1)
         loop = out @ back
-        more = jnp.linalg.solve(jnp.eye(4) - loop, loop @ out)
+        more = solve_by_halves(jnp.eye(4) - loop, loop @ out)
         added = back @ (out + more)  # to the boundary values, per unit of what the pulleys give
         rows = dict(zip(("runup", "runoff", "twist_runup", "twist_runoff"), more.swapaxes(0, 1), strict=True))
         return add(answer, **rows, mid_tilt=jnp.einsum("sd,sde->se", answer.mid_tilt, added))

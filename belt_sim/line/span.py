@@ -17,6 +17,7 @@ from typing import Any
 
 import jax
 import jax.numpy as jnp
+import numpy as np
 
 from belt_sim.case import Case, pytree
 
@@ -159,7 +160,7 @@ def response_by_change(span: Span, case: Case, kind: str) -> jax.Array:
     at = jnp.array(CHANGES)
     none, slope = jax.jvp(rows, (0.0,), (1.0,))
     does = jax.vmap(rows)(at) - none - at[:, None, None] * slope
-    bent = jnp.linalg.inv(at[:, None] ** jnp.arange(2, 8))
+    bent = np.linalg.inv(np.array(CHANGES)[:, None] ** np.arange(2, 8))
     return jnp.concatenate([slope[None], jnp.tensordot(bent, does, axes=1)])
 
 
@@ -222,3 +223,15 @@ def inverse(m):
     """Return the inverse of a 3x3 matrix by cross products, which compiles and batches better than a factorisation."""
     rows = jnp.stack([jnp.cross(m[1], m[2]), jnp.cross(m[2], m[0]), jnp.cross(m[0], m[1])])
     return rows.T / (m[0] @ rows[0])
+
+
+def solve_by_halves(m, right):
+    """Return m^-1 right of matrices (..., n, n) near the unit matrix, n a power of 2, by elimination of halves of
+    halves: without pivots, and without LAPACK, which takes longer to load than a curve."""
+    n = m.shape[-1] // 2
+    if n == 0:
+        return right / m
+    alone = solve_by_halves(m[..., :n, :n], jnp.concatenate([m[..., :n, n:], right[..., :n, :]], axis=-1))
+    carried, first, below = alone[..., :n], alone[..., n:], m[..., n:, :n]
+    last = solve_by_halves(m[..., n:, n:] - below @ carried, right[..., n:, :] - below @ first)
+    return jnp.concatenate([first - carried @ last, last], axis=-2)

@@ -10,7 +10,8 @@ from pydantic import BeforeValidator, Field, PlainSerializer, computed_field, mo
 
 from belt_sim.campaign.types import Kind
 from belt_sim.results import words
-from belt_sim.results.estimates import SETTING_DIGITS, Array, Free, MachineSizes, StoredEffect, file_field, is_empty
+from belt_sim.results.estimates import Array, Free, MachineSizes, StoredEffect, file_field, is_empty
+from belt_sim.results.simulation import SETTING_DIGITS
 from belt_sim.results.words import Display, Table, data_frame, dataset
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 

@@ -28,11 +28,11 @@ from pydantic import (
 
 from belt_sim.effects.base import Effect, library
 from belt_sim.results import words
+from belt_sim.results.simulation import effect_json
 from belt_sim.results.words import join_effects
 from belt_sim.units import round_digits, shop_unit
 
 IN_SI = {"units": "SI"}  # context of reading a file that has our own names and SI throughout
-SETTING_DIGITS = 12  # significant digits of what somebody has set: fewer than a change of units leaves
 
 
 def file_field(name: str, unit: float = 1.0, *, digits: int | None = None, omit_empty: bool = False) -> Any:
@@ -76,11 +76,6 @@ EffectSet = Annotated[
 ]
 #: what has no layout of its own: names with whatever stands beside them
 Free = Annotated[dict[str, Any], PlainValidator(dict), PlainSerializer(dict, return_type=dict[str, Any])]
-
-
-def effect_json(effect: Effect) -> dict[str, Any]:
-    """Return an effect as files hold it: its id, and its parameters in SI."""
-    return {"id": effect.id, "parameters": {n: float(getattr(effect, n)) for n in effect.parameters}}
 
 
 StoredEffect = Annotated[InstanceOf[Effect], PlainSerializer(effect_json, return_type=dict[str, Any])]

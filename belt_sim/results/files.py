@@ -13,17 +13,16 @@ import numpy as np
 from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, with_config
 from typing_extensions import TypedDict  # pydantic takes that of Python itself from 3.12 on
 
-from belt_sim.case import Schedule
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import read_json
 from belt_sim.results.check import Check
 from belt_sim.results.diagnosis import Diagnosis, Discovery
 from belt_sim.results.errors import Comparison, Drawings
-from belt_sim.results.estimates import IN_SI, SETTING_DIGITS, effect_json
-from belt_sim.results.simulation import POINTS, SPANS, Simulation
-from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2, round_digits
+from belt_sim.results.estimates import IN_SI
+from belt_sim.results.simulation import SUMMARY
+from belt_sim.units import round_digits
 
-DIAGNOSIS, COMPARISON, SUMMARY = "belt-diagnosis/1", "belt-comparison/1", "belt-summary/1"
+DIAGNOSIS, COMPARISON = "belt-diagnosis/1", "belt-comparison/1"
 RUNS = "belt-run-errors/2"  # version 1 called every unit mm
 DRAWINGS, DISCOVERY, CHECK = "belt-drawings/1", "belt-discovery/2", "belt-check/1"
 DIGITS, DISCOVERY_DIGITS = 6, 8  # significant digits of a drawing, of a discovery
@@ -98,34 +97,6 @@ def schema(name: str) -> Json:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | made
 
 
-def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> Json:
-    """Return the content of summary.json; rates in mm per m of travel, offsets in mm."""
-    ends = dict(zip(SPANS, s.offsets or (None, None), strict=True))
-    content: Json = {
-        "schema": SUMMARY,
-        "model": s.model,
-        "tension_n_per_mm2": round_digits(float(s.case.settings.tension) / N_PER_MM2, SETTING_DIGITS),
-        "yaw_deg": yaw_json(s.case.settings.yaw),
-        "travel_m": s.travel,
-        "rate_mm_per_m": {str(k): float(r) / MM_PER_M for k, r in zip(POINTS, s.rates, strict=True)},
-        "offset_mm": {k: None if e is None else e / MM for k, e in ends.items()},
-    }
-    content["settled"] = s.is_settled
-    if s.sag is not None:
-        content["sag_mm"] = s.sag / MM
-    if s.slackest_edge is not None:
-        content |= {"slackest_edge_n_per_mm2": s.slackest_edge / N_PER_MM2, "slack_edge": s.slackest_edge < 0}
-    content["effects"] = [effect_json(e) for e in s.effects]
-    if s.steady_rate is not None:
-        content["steady_rate_mm_per_m"] = s.steady_rate / MM_PER_M
-    if s.note:
-        content["note"] = s.note
-    if s.beyond:
-        content["beyond_validity"] = {"limits": {x.id: x.load for x in s.beyond}, "sentence": s.warning}
-    details = {name: _finite(value) for name, value in s.details.items()}
-    return content | details | {"provenance": dict(provenance)}
-
-
 def file_json(result: Check | Comparison | Drawings) -> Json:
     """Return the content of check.json (numbers in SI), comparison.json or drawings.json, from which a report can be
     written again without the diagnosis."""
@@ -149,22 +120,6 @@ def discovery_json(d: Discovery) -> Json:
         empty: Json = {"fit": None, "held_out": None, "by_condition": {}, "untestable": [], "own": None}
         content["error"] = empty | content["error"]
     return {"schema": DISCOVERY} | content
-
-
-def yaw_json(schedule: Schedule) -> float | list[Json]:
-    """Return the degrees of a step at travel 0, otherwise the list of {at, over, yaw} that ``yaw=`` takes."""
-    at, over = np.asarray(schedule.at, float), np.asarray(schedule.over, float)
-    degrees = [round_digits(a, SETTING_DIGITS) for a in np.cumsum(schedule.change) / DEGREE]
-    if len(at) == 1 and at[0] == over[0] == 0.0:
-        return degrees[0]
-    return [{"at": a, "over": o, "yaw": d} for a, o, d in zip(at.tolist(), over.tolist(), degrees, strict=True)]
-
-
-def _finite(value: Any) -> Any:
-    """Return numbers that JSON does not know (inf) as words."""
-    if isinstance(value, dict):
-        return {k: _finite(v) for k, v in value.items()}
-    return str(value) if isinstance(value, float) and not np.isfinite(value) else value
 
 
 def round_numbers(x: Any, digits: int) -> Any:

@@ -6,16 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.case import Case
+from belt_sim.case import Case, Schedule
 from belt_sim.curves import ALONG, LATE_SHARE, Curves, curves_columns, late_rates, offsets
 from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, Limit, warning
 from belt_sim.results import words
 from belt_sim.results.words import Display, Table, data_frame, dataset
-from belt_sim.units import N_PER_MM2
+from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2, round_digits
 
 POINTS = (1, 2, 3, 4)
 SPANS = ("upper", "lower")
+SUMMARY = "belt-summary/1"
+SETTING_DIGITS = 12  # significant digits of what somebody has set: fewer than a change of units leaves
 SETTLED, SETTLED_RATE = 0.05, 1e-6  # [1], [m/m]: rates that differ by less are one
 SHARE_BEFORE = LATE_SHARE / (1.0 - LATE_SHARE)  # of the records before the late ones, as long as those
 
@@ -151,3 +153,51 @@ class Simulation(Display):
         if self.curves is None:
             raise CannotRepresent(self.note)
         return self.curves
+
+
+def effect_json(effect: Effect) -> dict[str, Any]:
+    """Return an effect as files hold it: its id, and its parameters in SI."""
+    return {"id": effect.id, "parameters": {n: float(getattr(effect, n)) for n in effect.parameters}}
+
+
+def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the content of summary.json; rates in mm per m of travel, offsets in mm."""
+    ends = dict(zip(SPANS, s.offsets or (None, None), strict=True))
+    content: dict[str, Any] = {
+        "schema": SUMMARY,
+        "model": s.model,
+        "tension_n_per_mm2": round_digits(float(s.case.settings.tension) / N_PER_MM2, SETTING_DIGITS),
+        "yaw_deg": yaw_json(s.case.settings.yaw),
+        "travel_m": s.travel,
+        "rate_mm_per_m": {str(k): float(r) / MM_PER_M for k, r in zip(POINTS, s.rates, strict=True)},
+        "offset_mm": {k: None if e is None else e / MM for k, e in ends.items()},
+    }
+    content["settled"] = s.is_settled
+    if s.sag is not None:
+        content["sag_mm"] = s.sag / MM
+    if s.slackest_edge is not None:
+        content |= {"slackest_edge_n_per_mm2": s.slackest_edge / N_PER_MM2, "slack_edge": s.slackest_edge < 0}
+    content["effects"] = [effect_json(e) for e in s.effects]
+    if s.steady_rate is not None:
+        content["steady_rate_mm_per_m"] = s.steady_rate / MM_PER_M
+    if s.note:
+        content["note"] = s.note
+    if s.beyond:
+        content["beyond_validity"] = {"limits": {x.id: x.load for x in s.beyond}, "sentence": s.warning}
+    return content | _finite(s.details) | {"provenance": dict(provenance)}
+
+
+def yaw_json(schedule: Schedule) -> float | list[dict[str, Any]]:
+    """Return the degrees of a step at travel 0, otherwise the list of {at, over, yaw} that ``yaw=`` takes."""
+    at, over = np.asarray(schedule.at, float), np.asarray(schedule.over, float)
+    degrees = [round_digits(a, SETTING_DIGITS) for a in np.cumsum(schedule.change) / DEGREE]
+    if len(at) == 1 and at[0] == over[0] == 0.0:
+        return degrees[0]
+    return [{"at": a, "over": o, "yaw": d} for a, o, d in zip(at.tolist(), over.tolist(), degrees, strict=True)]
+
+
+def _finite(value: Any) -> Any:
+    """Return numbers that JSON does not know (inf) as words."""
+    if isinstance(value, Mapping):
+        return {k: _finite(v) for k, v in value.items()}
+    return str(value) if isinstance(value, float) and not np.isfinite(value) else value

@@ -5,7 +5,7 @@ import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import yaml
@@ -15,11 +15,13 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves, read_curves
 from belt_sim.io import read_json
 from belt_sim.results import words
-from belt_sim.results.errors import SteadyError
 from belt_sim.settings import case_from
 from belt_sim.show import style
 from belt_sim.show.style import BLUE, CYCLE, FAINT, INK, MEASURED, POINT_NAMES, POINTS
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
+
+if TYPE_CHECKING:
+    from belt_sim.results.errors import SteadyError
 
 DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)))
 
@@ -64,7 +66,7 @@ def _four_points(lines: Sequence[tuple[Curves, Mapping[str, Any]]]) -> Any:
 
 
 @style.picture
-def steady_picture(path: str | os.PathLike | None, rows: Sequence[SteadyError], name: str, title: str) -> Path:
+def steady_picture(path: str | os.PathLike | None, rows: "Sequence[SteadyError]", name: str, title: str) -> Path:
     """Draw measured (dots with bars of 2u) and modelled late rates of the first measured point; name: of the model."""
     point = min(r.point for r in rows)
     mine = sorted((r for r in rows if r.point == point), key=lambda r: r.tension)

@@ -15,7 +15,6 @@ from importlib.util import find_spec
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Frame, Observer
@@ -80,8 +79,10 @@ def _begin(
     """
     console = console or Console(stderr=True)
     began, said = time.monotonic(), ""
-    bar: Progress | None = None
+    bar: Any = None
     if console.is_terminal and multiprocessing.parent_process() is None:
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
         share, text = TextColumn("{task.percentage:>3.0f} %"), TextColumn("{task.fields[note]}", markup=False)
         times = (share, text, TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
         columns = times if timed else (text, TimeElapsedColumn())

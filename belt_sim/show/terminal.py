@@ -3,7 +3,7 @@
 import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich import box
 from rich.console import Console
@@ -13,9 +13,10 @@ from rich.table import Table as RichTable
 from rich.text import Text
 
 from belt_sim.model import BY_TENSION
-from belt_sim.results.diagnosis import SHOWN_ACTIONS, Diagnosis, error_line
 from belt_sim.results.words import Table, capital, in_terminal
-from belt_sim.show.report import plant_card, rival_cards
+
+if TYPE_CHECKING:
+    from belt_sim.results.diagnosis import Diagnosis
 
 #: why a model was chosen for one case
 REASONS = {
@@ -42,11 +43,14 @@ def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
         out.print(str(path), soft_wrap=True, markup=False)
 
 
-def tell_diagnosis(d: Diagnosis, folder: Path, *, verbose: bool = False) -> None:
+def tell_diagnosis(d: "Diagnosis", folder: Path, *, verbose: bool = False) -> None:
     """Verdict, what takes certainty off it, effects, where the model fails, how the error falls, what to do next.
 
     verbose: the table of candidates and that of errors as well.
     """
+    from belt_sim.results.diagnosis import SHOWN_ACTIONS, error_line
+    from belt_sim.show.report import plant_card, rival_cards
+
     out = console()
 
     def say(line: str, style: str = "", indent: int = 2) -> None:

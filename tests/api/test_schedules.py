@@ -84,7 +84,7 @@ def test_the_mean_over_a_step_of_travel_is_the_integral(listed, start, length, s
 @settings(max_examples=40, deadline=None)
 @given(listed=entries())
 def test_a_schedule_that_is_written_into_a_summary_is_read_back(listed):
-    from belt_sim.results.files import yaw_json
+    from belt_sim.results.simulation import yaw_json
 
     schedule = schedule_from(listed, "yaw")
     again = schedule_from(json.loads(json.dumps(yaw_json(schedule))), "yaw")

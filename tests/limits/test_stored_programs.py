@@ -1,4 +1,4 @@
-"""Traced programs on disk give the same bits as those traced now, and are never those of other code."""
+"""Programs on disk give the same bits as those compiled now, and are never those of other code."""
 
 from dataclasses import replace
 
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from belt_sim.effects.base import Effect, effect, library, parameter
-from belt_sim.jax_setup import TRACED, StoredProgram, program_key
+from belt_sim.jax_setup import STORED, StoredProgram, program_key
 from belt_sim.model import MODELS
 
 
@@ -16,7 +16,7 @@ def folder(tmp_path):
     """JAX's folder of programs, empty."""
     before = jax.config.values["jax_compilation_cache_dir"]
     jax.config.update("jax_compilation_cache_dir", str(tmp_path))
-    yield tmp_path / TRACED
+    yield tmp_path / STORED
     jax.config.update("jax_compilation_cache_dir", before)
 
 
@@ -35,21 +35,22 @@ def test_a_program_is_traced_once_and_then_read(folder):
     arguments = np.linspace(0.0, 1.0, 5), {"a": 2.0, "b": np.ones(5)}
     first = StoredProgram(traced(log), "test")(*arguments)
     assert len(log) == 1
-    assert len(list(folder.iterdir())) == 1
+    assert len(list(folder.glob("*.program"))) == 1
     again = StoredProgram(traced(log), "test")(*arguments)
     assert len(log) == 1
     assert again.dtype == np.float64
     assert np.array_equal(first, again)
 
 
-@pytest.mark.parametrize("other", ["another key", "another shape"])
-def test_what_shapes_a_trace_is_in_its_name(folder, other):
+@pytest.mark.parametrize(("key", "size", "programs"), [("other", 5, 1), ("test", 6, 2)])
+def test_what_shapes_a_trace_is_in_its_name_and_equal_programs_are_compiled_once(folder, key, size, programs):
     log: list = []
-    StoredProgram(traced(log), "test")(np.ones(5), {"a": 2.0, "b": 1.0})
-    key, size = ("other", 5) if other == "another key" else ("test", 6)
-    StoredProgram(traced(log), key)(np.ones(size), {"a": 2.0, "b": 1.0})
+    first = StoredProgram(traced(log), "test")(np.ones(5), {"a": 2.0, "b": 1.0})
+    for _ in range(2):  # traced, then read
+        again = StoredProgram(traced(log), key)(np.ones(size), {"a": 2.0, "b": 1.0})
+        assert np.array_equal(again[:5], first)
     assert len(log) == 2
-    assert len(list(folder.iterdir())) == 2
+    assert len(list(folder.glob("*.program"))) == programs
 
 
 def test_a_damaged_file_is_made_anew(folder):

@@ -20,7 +20,7 @@ from belt_sim.line.runup import FRICTION
 from belt_sim.line.span import sag_softening, strip
 from belt_sim.line.spans import edge_tensions
 from belt_sim.model import MODELS
-from belt_sim.results.files import summary_json
+from belt_sim.results.simulation import summary_json
 from belt_sim.units import DEGREE
 from belt_sim.validity import exceeded_limits, limits, run_limits, slip_zones
 from studies.paper.case import ROPE_EXAMPLE
