@@ -237,8 +237,8 @@ def write_comparison(folder: Path, c: "Comparison", *, pictures: bool) -> None:
 def draw_all(folder: Path, result: "Simulation | Comparison") -> None:
     """Every picture of a result, named by its kind."""
     for kind, drawn in pictures_by_kind(result).items():
-        with numbers_first(f"{kind}.png"):
-            drawn(folder / f"{kind}.png")
+        with numbers_first(f"{kind}.svg"):
+            drawn(folder / f"{kind}.svg")
 
 
 @contextmanager

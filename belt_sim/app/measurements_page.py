@@ -315,5 +315,5 @@ def _job(session: Session) -> None:
         said = job.said.replace("; or model=NAME", "").removesuffix(job.folder.name)  # a menu and links say these
         ui.label(words.in_print(said.rstrip())).classes("scroll printed")
         # what a model does beside the measurement comes first
-        for path in sorted(job.folder.glob("*.png"), key=lambda p: (p.stem != "overlay", p.stem)):
+        for path in sorted(job.folder.glob("*.svg"), key=lambda p: (p.stem != "overlay", p.stem)):
             ui.image(path).classes("picture").props(f"data-name={path.stem} alt={path.stem}")

@@ -30,7 +30,7 @@ def _reason(campaign: str) -> str:
 
 
 def check_command(run_dir: RunDir) -> None:
-    """Check a campaign or a plan and leave check.json and check.png in the run folder."""
+    """Check a campaign or a plan and leave check.json and check.svg in the run folder."""
     from belt_sim.api.check import check
 
     config, folder = run_dir.config, run_dir.path
@@ -40,7 +40,7 @@ def check_command(run_dir: RunDir) -> None:
     found = check(run_dir.campaign, config["model"], **asked, config=config)
     write_json(folder / "check.json", file_json(found))
     if config["pictures"] and found.visible:
-        visible_picture(folder / "check.png", found.visible, found.campaign.title)
+        visible_picture(folder / "check.svg", found.visible, found.campaign.title)
     tell_choice(config, found.base_model, _reason(run_dir.campaign))
     tell(found.tables(), [*found.lines(), folder / "check.json"])
 

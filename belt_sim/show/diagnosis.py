@@ -85,14 +85,8 @@ def overlay_picture(
         below.set_xlabel("belt travel [m]")
     fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=len(entries))
 
-    # all panels are alike: placed by distances, in half the time of a layout that looks at every tick
     top = AROUND["top"] + LINE * (style.title(fig, title) - 1)
-    width, height = fig.get_size_inches()
-    wide = (width - AROUND["left"] - AROUND["right"] - (columns - 1) * AROUND["across"]) / columns
-    high = (height - top - AROUND["bottom"] - (rows - 1) * AROUND["down"]) / rows
-    edges = {"left": AROUND["left"] / width, "right": 1.0 - AROUND["right"] / width}
-    edges |= {"bottom": AROUND["bottom"] / height, "top": 1.0 - top / height}
-    fig.subplots_adjust(**edges, wspace=AROUND["across"] / wide, hspace=AROUND["down"] / high)
+    style.place(fig, rows, columns, **{**AROUND, "top": top})
     return style.save(fig, path)
 
 
@@ -130,7 +124,7 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
     rows = -(-len(maps) // columns)
     most = max(len(m.tension) for m in maps)
     size = 5.6 * columns + 0.8, rows * (0.42 * most + 1.1) + 1.1
-    fig, axes = style.panels(*size, rows, columns, len(maps))
+    fig, axes = style.panels(*size, rows, columns, len(maps), layout=None)
     for k, (ax, one) in enumerate(zip(axes, maps, strict=True)):
         ratio, below = np.asarray(one.ratio, float), np.arange(len(one.tension) + 1)
         ax.set_facecolor(style.GRID)
@@ -145,10 +139,15 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
         ax.set(xlabel="belt travel [m]", ylabel="tension [N/mm²]", title=one.title)
         ax.grid(False)
     between = "\n" if rows * most < 6 else " "  # of a low bar
-    bar = fig.colorbar(mesh, ax=axes, label=f"(model − measured){between}/ its uncertainty")
+    lines = style.title(fig, title)
+    inches = {"left": 0.75, "right": 1.3, "top": 0.75 + LINE * (lines - 1), "bottom": 0.6, "across": 0.85, "down": 0.95}
+    style.place(fig, rows, columns, **inches)
+    low, high, right = (axes[k].get_position() for k in (-1, 0, columns - 1))
+    beside = fig.add_axes((right.x1 + 0.25 / size[0], low.y0, 0.18 / size[0], high.y1 - low.y0))
+    bar = fig.colorbar(mesh, cax=beside, label=f"(model − measured){between}/ its uncertainty")
     bar.set_ticks([-FULL, -5, -SAYS_NOTHING, 0, SAYS_NOTHING, 5, FULL])
     bar.outline.set_visible(False)
-    return style.finish_picture(fig, path, title)
+    return style.save(fig, path)
 
 
 @style.picture
@@ -163,7 +162,7 @@ def drift_chart_picture(
 
     Bars are +-2 u, a triangle marks a value at the end of its range.
     """
-    fig, axes = style.figure(4.6 * len(drifts) + 0.6, 4.0, 1, len(drifts))
+    fig, axes = style.figure(4.6 * len(drifts) + 0.6, 4.2, 1, len(drifts), layout=None)
     for ax, (before, after) in zip(axes[0], drifts, strict=True):
         if before.stated is not None:
             low, high = before.stated - 2 * before.u_stated, before.stated + 2 * before.u_stated
@@ -186,8 +185,11 @@ def drift_chart_picture(
         ax.margins(y=0.1)
         ax.set(xlabel="tension [N/mm²]", ylabel=f"{axis_label(before.parameter, before.unit)}, bars 2u")
     entries = dict(zip(*reversed(axes[0][0].get_legend_handles_labels()), strict=True))
-    fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=2)
-    return style.finish_picture(fig, path, title)
+    fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=2)
+    top = 0.5 + LINE * (style.title(fig, title) - 1)
+    inches = {"left": 0.75, "right": 0.15, "top": top, "bottom": 1.2, "across": 0.85, "down": 0.0}
+    style.place(fig, 1, len(drifts), **inches)
+    return style.save(fig, path)
 
 
 #: Shares of the largest plausible size between which bars are drawn.
@@ -197,20 +199,24 @@ LEAST, MOST = 1e-4, 10.0
 @style.picture
 def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: str) -> Path:
     """A bar an effect, from its smallest visible size to the largest that a machine could have; none where it hides."""
-    fig, [[ax]] = style.figure(8.0, 0.3 * len(visible) + 1.8)
+    fig, [[ax]] = style.figure(8.0, 0.3 * len(visible) + 1.8, layout=None)
     rows = np.arange(len(visible))[::-1]
     ax.set_yticks(rows, [v.effect for v in visible])
     ax.grid(False, axis="y")
-    for row, v in zip(rows, visible, strict=True):
-        if v.share < 1.0:
-            start = max(v.share, LEAST)
-            ax.barh(row, 1.0 - start, left=start, height=0.7, color=AFTER, alpha=1.0 if v.share < WELL else 0.45)
-        else:
-            ax.annotate("hidden" if v.smallest is None else "only beyond", (1.05, row), va="center", color=INK)
+    share = np.array([v.share for v in visible])
+    for some, alpha in ((share < WELL, 1.0), ((share >= WELL) & (share < 1.0), 0.45)):
+        start = np.maximum(share[some], LEAST)
+        ax.barh(rows[some], 1.0 - start, left=start, height=0.7, color=AFTER, alpha=alpha)
+    for row in np.flatnonzero(share >= 1.0):
+        said = "hidden" if visible[row].smallest is None else "only beyond"
+        ax.annotate(said, (1.05, rows[row]), va="center", color=INK)
     ax.axvline(1.0, color=FAINT, linewidth=1.2)
     ax.set(xscale="log", xlim=(LEAST, MOST), ylim=(-0.7, len(visible) - 0.3))
     ax.set_xlabel("size that shows, over the largest that a machine could have")
-    return style.finish_picture(fig, path, f"What would show: {title}")
+    top = 0.5 + LINE * (style.title(fig, f"What would show: {title}") - 1)
+    left = 0.3 + 0.085 * max(len(v.effect) for v in visible)
+    style.place(fig, 1, 1, left=left, right=0.2, top=top, bottom=0.6, across=0.0, down=0.0)
+    return style.save(fig, path)
 
 
 UNKNOWN = "unknown input u"

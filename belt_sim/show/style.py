@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from belt_sim.errors import BeltError, InputError
-from belt_sim.io import write_with
+from belt_sim.io import write_text, write_with
 from belt_sim.results.words import in_print
 
 if TYPE_CHECKING:
@@ -139,6 +139,22 @@ def panels(width: float, height: float, rows: int, columns: int, count: int, **g
     return fig, flat[:count]
 
 
+def place(fig: "Figure", rows: int, columns: int, **inches: float) -> None:
+    """Place axes that are all alike by distances [inch], which takes half the time of a layout that looks at every
+    tick: left, right, top and bottom of all, across and down between them."""
+    width, height = fig.get_size_inches()
+    wide = (width - inches["left"] - inches["right"] - (columns - 1) * inches["across"]) / columns
+    high = (height - inches["top"] - inches["bottom"] - (rows - 1) * inches["down"]) / rows
+    fig.subplots_adjust(
+        left=inches["left"] / width,
+        right=1.0 - inches["right"] / width,
+        bottom=inches["bottom"] / height,
+        top=1.0 - inches["top"] / height,
+        wspace=inches["across"] / wide,
+        hspace=inches["down"] / high,
+    )
+
+
 LETTER = 0.108  # [inch], mean width of a letter of a title
 
 
@@ -157,11 +173,16 @@ ENDINGS = (".png", ".svg", ".pdf")
 def save(fig: "Figure", path: str | os.PathLike | None, dpi: float | None = None) -> Any:
     """Write the figure in one move, as its file's ending says (.png, .svg, .pdf), and return the path.
 
-    path: None returns the figure itself, laid out; dpi: dots per inch of a PNG. Raises BeltError, InputError.
+    Its units become those of print, but for ticks, which hold numbers and names. path: None returns the figure itself,
+    laid out; dpi: dots per inch of a PNG. Raises BeltError, InputError.
     """
     from matplotlib.text import Text
 
-    for text in fig.findobj(Text):
+    texts = [*fig.texts, *(text for legend in fig.legends for text in legend.get_texts())]
+    for ax in (a for one in fig.axes for a in (one, *one.child_axes)):
+        texts += [ax.xaxis.label, ax.yaxis.label, *(c for c in ax.get_children() if isinstance(c, Text))]
+        texts += ax.legend_.get_texts() if ax.legend_ else []
+    for text in texts:
         text.set_text(in_print(text.get_text()))
     if (layout := fig.get_layout_engine()) is not None:
         layout.execute(fig)
@@ -173,8 +194,11 @@ def save(fig: "Figure", path: str | os.PathLike | None, dpi: float | None = None
         raise InputError("picture", path.name, "", f"give a name that ends in {', '.join(ENDINGS)}")
     try:
         with in_look():
-            quick: Any = {"pil_kwargs": {"compress_level": 1}} if path.suffix.lower() == ".png" else {}
-            write_with(path, lambda draft: fig.savefig(draft, dpi=dpi or DPI, **quick))
+            if path.suffix.lower() == ".svg":
+                write_text(path, svg_text(fig))
+            else:
+                quick: Any = {"pil_kwargs": {"compress_level": 1}} if path.suffix.lower() == ".png" else {}
+                write_with(path, lambda draft: fig.savefig(draft, dpi=dpi or DPI, **quick))
     except OSError as cause:
         raise BeltError(f"picture {path}: cannot be written ({cause.strerror}); choose another folder") from cause
     return path

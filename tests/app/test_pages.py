@@ -90,7 +90,7 @@ def test_a_campaign_that_is_dropped_is_shown_and_compared(measurements, small, t
     with measurements.expect_download() as got:
         measurements.get_by_text("Download everything").click()
     names = zipfile.ZipFile(io.BytesIO(got.value.path().read_bytes())).namelist()
-    assert {"comparison.json", "overlay.png"} <= {n.split("/")[-1] for n in names}
+    assert {"comparison.json", "overlay.svg"} <= {n.split("/")[-1] for n in names}
 
 
 def test_a_small_diagnosis_runs_to_its_report_and_says_what_python_says(measurements, small, served):

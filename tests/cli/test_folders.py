@@ -8,10 +8,10 @@ from belt_sim.commands.cli import LONGEST, folder_name, run_command
 
 def test_nothing_of_an_earlier_run_stays(belt):
     belt("simulate", "model=rope", "travel=2")
-    assert (belt.folder / "curves.png").is_file()
+    assert (belt.folder / "curves.svg").is_file()
     (belt.folder / "mine.txt").write_text("a note of the user's", encoding="utf-8")
     belt("simulate", "model=rope", "travel=2", "tension=20", "pictures=false")
-    assert not (belt.folder / "curves.png").exists()
+    assert not (belt.folder / "curves.svg").exists()
     assert (belt.folder / "mine.txt").is_file()
     assert json.loads((belt.folder / "summary.json").read_text())["tension_n_per_mm2"] == 20
 

@@ -110,7 +110,7 @@ def test_steady_rates_alone_are_compared(belt, tmp_path):
     ]
     assert content["steady"][0]["ratio"] == pytest.approx(abs(content["steady"][0]["modelled_mm_per_m"] - 0.10) / 0.01)
     assert "per_run" not in content
-    assert (answer.folder / "steady.png").is_file()
+    assert (answer.folder / "steady.svg").is_file()
 
 
 def test_a_hidden_effect_is_revealed(belt, tmp_path):
