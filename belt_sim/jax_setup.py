@@ -10,26 +10,27 @@
   of a loop's step, which for the small arrays of a march costs two thirds of the time. Results are the same bit by bit.
 - every program in one piece: by default XLA cuts a large one up to compile it on several cores, and puts the pieces
   together again whenever it is loaded, which then takes half as long again.
-- traced programs on disk (``StoredProgram``): JAX keeps compiled code on disk, but finds it by the traced program, and
-  a diagnosis spent half of its time on tracing the same ten marches again. ``jax.export`` writes a traced program as a
-  file. Its name is a hash of all that the trace depends on: the package's own code, JAX's version, what the caller says
-  of the function, and the types of the arguments. So a program of other code is never read; the result is the same.
+- whole programs on disk (``StoredProgram``): JAX keeps compiled code on disk, but finds it by the traced program, and a
+  diagnosis spent half of its time on tracing the same ten marches again. Here a file is found by a hash of all that the
+  trace depends on: the package's own code, JAX's version, what the caller says of the function, the types of the
+  arguments, flags and processor. So a program of other code is never read; the result is the same.
 """
 
 import functools
 import hashlib
-import json
 import os
 import platform
 import subprocess
 import sys
 import threading
+from ast import literal_eval
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
+from uuid import uuid4
 
 import jax
 import jax.numpy as jnp
@@ -242,37 +243,19 @@ def _load(file: Path) -> Callable[..., Any]:
     if hashlib.sha256(kept[32:]).digest() != kept[:32]:
         raise ValueError(file)
     head, _, program = kept[32:].partition(b"\n")
-    inputs, outputs, calls_lapack = json.loads(head)
+    inputs, outputs, calls_lapack = literal_eval(head.decode())
     if calls_lapack:  # which JAX loads as it lowers what calls it
         jax.jit(jnp.linalg.cholesky).lower(jnp.eye(1))
-    results = 0 if outputs is None else (0,) * outputs
-    trees = jax.tree.structure(((0,) * inputs, {})), jax.tree.structure(results)
+    trees = jax.tree.structure(((0,) * inputs, {})), jax.tree.structure(outputs)
     return serialize_executable.deserialize_and_load(program, *trees)  # type: ignore[no-any-return]
 
 
-def _compile(lowered: jax.stages.Lowered, file: Path) -> Callable[..., Any]:
-    """``lowered`` compiled and kept in ``file``: not in JAX's own cache, as what is read there cannot be written."""
-    least = "jax_persistent_cache_min_compile_time_secs"
-    before = jax.config.values[least]
-    jax.config.update(least, float("inf"))
-    try:
-        made = lowered.compile()
-    finally:
-        jax.config.update(least, before)
-    program, inputs, outputs = serialize_executable.serialize(made)
-    several = None if outputs == jax.tree.structure(0) else outputs.num_leaves
-    head = json.dumps([inputs.num_leaves, several, "lapack" in made.as_text()]).encode() + b"\n"
-    with suppress(OSError, BeltError):  # a full or read-only disk keeps none
-        digest = hashlib.sha256(head + program).digest()
-        write_with(file, lambda path: path.write_bytes(digest + head + program))
-    return made
-
-
 class StoredProgram:
-    """A function compiled in float64, whose trace is kept on disk.
+    """A function compiled in float64, which is kept on disk.
 
-    function: takes pytrees of numbers, returns an array or a tuple of arrays; key: its name and everything that shapes
-    its trace except the types of its arguments, as text; None: nothing is kept on disk; brief: as in ``jit_float64``.
+    function: takes pytrees of numbers, returns arrays in tuples, lists and dicts; key: its name and everything that
+    shapes its trace except the types of its arguments, as text; None: nothing is kept on disk; brief: as in
+    ``jit_float64``.
     """
 
     def __init__(self, function: Callable[..., Any], key: str | None, *, brief: bool = False) -> None:
@@ -307,14 +290,22 @@ class StoredProgram:
         asked = Path(folder) / STORED / _digest(code_hash(), self.key, structure, types, self.effort, *_machine())
         with suppress(OSError, ValueError):
             return _load(asked.with_name(asked.read_text()))
-        traced = jax.jit(stored_program, keep_unused=True, compiler_options=known_options(self.effort))
-        lowered = traced.lower(*leaves)
-        digest = _digest(lowered.as_text(), lowered.in_tree, lowered.out_tree, self.effort, *_machine())
-        file = asked.with_name(f"{digest}.program")  # other code may have given the same one
+
+        # a name of its own: a program that JAX finds in its own cache cannot be written again
+        name = stored_program.__name__ = stored_program.__qualname__ = f"program_{uuid4().hex}"
+        traced = jax.jit(stored_program, keep_unused=True, compiler_options=known_options(self.effort)).lower(*leaves)
+        text = traced.as_text().replace(name, "")
+        file = asked.with_name(f"{_digest(text, traced.in_tree, traced.out_tree, self.effort, *_machine())}.program")
         try:
-            program = _load(file)
+            program = _load(file)  # other code may have given the same one
         except (OSError, ValueError):
-            program = _compile(lowered, file)
+            program = traced.compile()
+            content, inputs, outputs = serialize_executable.serialize(program)
+            nested = jax.tree.unflatten(outputs, [0] * outputs.num_leaves)
+            head = f"{(inputs.num_leaves, nested, 'lapack' in program.as_text())}\n".encode()
+            with suppress(OSError, BeltError):  # a full or read-only disk keeps none
+                digest = hashlib.sha256(head + content).digest()
+                write_with(file, lambda path: path.write_bytes(digest + head + content))
         with suppress(OSError, BeltError):
             write_text(asked, file.name)
         return program
