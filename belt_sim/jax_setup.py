@@ -247,7 +247,8 @@ def _load(file: Path) -> Callable[..., Any]:
     if calls_lapack:  # which JAX loads as it lowers what calls it
         jax.jit(jnp.linalg.cholesky).lower(jnp.eye(1))
     trees = jax.tree.structure(((0,) * inputs, {})), jax.tree.structure(outputs)
-    return serialize_executable.deserialize_and_load(program, *trees)  # type: ignore[no-any-return]
+    one = jax.devices()[:1]
+    return serialize_executable.deserialize_and_load(program, *trees, execution_devices=one)  # type: ignore[no-any-return]
 
 
 class StoredProgram:
