@@ -255,7 +255,7 @@ def numbers_first(what: str) -> Iterator[None]:
 
 def write_diagnosis(folder: Path, d: "Diagnosis", *, pictures: bool) -> None:
     """diagnosis.json, drawings.json, effects.yaml; what was discovered; report.html and, with pictures, those in it."""
-    from belt_sim.results.files import diagnosis_json, file_json
+    from belt_sim.results.files import file_json
 
     write_json(folder / "drawings.json", file_json(d.drawings))
     spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
@@ -263,17 +263,17 @@ def write_diagnosis(folder: Path, d: "Diagnosis", *, pictures: bool) -> None:
     write_text(folder / "effects.yaml", held + save_effects(effects_of(d.effects), spread))
     if d.discovery is not None and d.discovery.found:
         write_discovery(folder, d.discovery)
-    write_json(folder / "diagnosis.json", diagnosis_json(d))
+    write_json(folder / "diagnosis.json", file_json(d))
     write_page(folder, d, pictures=pictures)
 
 
 def write_discovery(folder: Path, d: "Discovery") -> None:
     """discovery.json, and found_law.yaml where a law was found."""
-    from belt_sim.results.files import discovery_json
+    from belt_sim.results.files import file_json
 
     if d.law_file:
         write_text(folder / "found_law.yaml", d.law_file)
-    write_json(folder / "discovery.json", discovery_json(d))
+    write_json(folder / "discovery.json", file_json(d))
 
 
 def write_page(folder: Path, d: "Diagnosis", *, pictures: bool) -> Path:

@@ -177,7 +177,7 @@ class Decision:
     def tied(self, policy: Policy) -> tuple[TiedSet, ...]:
         """What may be there besides the effects that every likely explanation has, one of several that readings cannot
         tell apart, likeliest first; () where one is likely."""
-        likely = [e for e in credible(self.explanations, policy) if e.of_effects]
+        likely = [e for e in credible(self.explanations, policy) if not e.instead]
         if self.verdict is not Verdict.EXPLAINED or len(likely) < 2 or likely[0].probability >= policy.likely:
             return ()
         certain = frozenset.intersection(*(frozenset(e.effects) for e in likely))
@@ -262,7 +262,7 @@ def decide(table: EvidenceTable, policy: Policy) -> Decision:
     alike: dict[str, dict[tuple[str, ...], None]] = {}
     for e in credible(found, policy) if ids and not best.unknown else ():
         gone, come = sorted(ids - {*e.effects}), sorted({*e.effects} - ids)
-        if e.of_effects and come:
+        if come and not e.instead:
             for name in gone or [max(ids)]:
                 alike.setdefault(name, {})[(*come,) if gone else (name, *come)] = None
     return Decision(verdict, named, {name: tuple(others) for name, others in alike.items()}, found)

@@ -31,7 +31,6 @@ from belt_sim.results.diagnosis import (
     TiedSet,
     Unknown,
     Verdict,
-    other_model,
 )
 from belt_sim.results.errors import Drawings
 from belt_sim.results.estimates import Estimate
@@ -117,7 +116,8 @@ def _sentence(d: Findings, sized_otherwise: Collection[str] = ()) -> str:
     """sized_otherwise: effects of which tied explanations have other sizes."""
     decision, model = d.decision, d.bench.forward.model.name
     if decision.verdict == Verdict.NONE_KNOWN and decision.instead:
-        return other_model(model, decision.instead.removeprefix("model="))
+        better = decision.instead.removeprefix("model=")
+        return f"{model} fails here, and model {better} explains the difference: use model={better}."
     if decision.verdict == Verdict.CANNOT_SAY and not any(s.severity == "stop" for s in d.suspicions):
         return SILENT
     if decision.verdict == Verdict.ADEQUATE and d.table.visible is not None:
@@ -251,7 +251,7 @@ def _unknown(d: Findings) -> Unknown | None:
     decision, samples = d.decision, d.fitted_bench.samples
     if not decision.tells_of_unknown:
         return None
-    known = next(e for e in decision.explanations if e.of_effects and not e.unknown)
+    known = next(e for e in decision.explanations if not e.instead and not e.unknown)
     odds = decision.likeliest_unknown.log_posterior - known.log_posterior
     times = "more than a million" if odds > np.log(1e6) else f"{np.exp(odds):.0f}"
     why = f"something unknown is {times} times likelier"

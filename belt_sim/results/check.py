@@ -100,7 +100,18 @@ class Check(Display):
         return said
 
     def tables(self) -> Sequence[Table]:
-        tables = [visible_table(self.visible, self.machine)] if self.visible else []
+        """The smallest size of every effect that would show, as people at a machine measure it; pairs look alike."""
+        tables, rows = [], []
+        for v in self.visible:
+            factor, unit = display_unit(v.effect, v.parameter, v.unit, self.machine)
+            sizes = [words.number(s and factor * s, 2) for s in (v.smallest, v.largest_plausible)]
+            rows.append((f"{v.effect}.{v.parameter}", *sizes, unit, v.word.removeprefix("when ").split(" ")[0]))
+        if self.visible:
+            columns = ("number of an effect", "shows from", "up to", "unit", "seen")
+            left = ("number of an effect", "unit", "seen")
+            hidden = [k for k, v in enumerate(self.visible) if v.share >= 1.0]
+            title = "Smallest size that shows in 9 of 10 cases, and the largest plausible size"
+            tables.append(Table(title, columns, rows, left=left, marked=hidden))
         if self.pairs:  # the most alike first, and the best further run for each
             rows = []
             for p in self.pairs[:SHOWN_PAIRS]:
@@ -114,16 +125,3 @@ class Check(Display):
     def to_pandas(self) -> Any:
         """A row an effect, in SI."""
         return data_frame([vars(v) for v in self.visible])
-
-
-def visible_table(visible: Sequence[Visible], machine: MachineSizes | None = None) -> Table:
-    """The smallest size of every effect that would show, as people at a machine measure it."""
-    rows = []
-    for v in visible:
-        factor, unit = display_unit(v.effect, v.parameter, v.unit, machine)
-        sizes = [words.number(s and factor * s, 2) for s in (v.smallest, v.largest_plausible)]
-        rows.append((f"{v.effect}.{v.parameter}", *sizes, unit, v.word.removeprefix("when ").split(" ")[0]))
-    columns = ("number of an effect", "shows from", "up to", "unit", "seen")
-    hidden = [k for k, v in enumerate(visible) if v.share >= 1.0]
-    title = "Smallest size that shows in 9 of 10 cases, and the largest plausible size"
-    return Table(title=title, columns=columns, rows=rows, left=("number of an effect", "unit", "seen"), marked=hidden)

@@ -16,7 +16,6 @@ from pydantic import (
     InstanceOf,
     PlainSerializer,
     computed_field,
-    model_validator,
 )
 
 from belt_sim.campaign.quality import Suspicion
@@ -29,11 +28,19 @@ from belt_sim.results.estimates import (
     Free,
     MachineSizes,
     file_field,
-    is_empty,
     number_texts,
 )
 from belt_sim.results.words import Display, Table, data_frame, join_words
 from belt_sim.units import MM
+
+STAMP = "effective value, model rejected"  # what has to stand beside the numbers of a rejected model
+#: whether a model is rejected; in files the stamp, or nothing
+Rejected = Annotated[
+    bool,
+    Field(alias="stamp", exclude_if=lambda rejected: not rejected),
+    BeforeValidator(bool),
+    PlainSerializer(lambda _: STAMP, return_type=str),
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,16 +59,11 @@ class FoundEffect:
     parameters: Mapping[str, Estimate]
     probability: float
     confusable_with: tuple[EffectSet, ...] = ()
-    rejected: Annotated[bool, Field(exclude=True)] = False
     source_file: Annotated[str | None, file_field("source_file", omit_empty=True)] = None
     law: Annotated[Mapping[str, Any] | None, file_field("law", omit_empty=True)] = None
     alone: Annotated[Mapping[str, Estimate], file_field("alone", omit_empty=True)] = field(default_factory=dict)
     by_explanation: Annotated[tuple[Mapping[str, Estimate], ...], file_field("by_explanation", omit_empty=True)] = ()
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_file(cls, row: Any) -> Any:
-        return row | {"rejected": "stamp" in row}
+    rejected: Rejected = False
 
     @property
     def told(self) -> Mapping[str, Estimate]:
@@ -81,13 +83,8 @@ class FoundEffect:
         """Whether tied explanations have other sizes of it."""
         return self.told != self.parameters
 
-    @property
-    def sizes(self) -> tuple[str, ...]:
-        """What is known of its numbers, a line each."""
-        return self.sizes_on(None)
-
-    def sizes_on(self, machine: MachineSizes | None) -> tuple[str, ...]:
-        """The same on a machine, as people there measure them."""
+    def sizes(self, machine: MachineSizes | None = None) -> tuple[str, ...]:
+        """What is known of its numbers, a line each; on a machine, as people there measure them."""
         if self.parameters:
             said = tuple(f"{n} = {text}" for n, text in number_texts(self.id, self.told, machine).items())
             return (*said, "size not reliable: it differs by explanation") if self.disagrees else said
@@ -96,28 +93,21 @@ class FoundEffect:
             return (f"{each} (each if it were alone: the readings do not tell which)",)
         return ("that it is there is known, how large it is not",)
 
-    @computed_field(exclude_if=is_empty)  # type: ignore[prop-decorator]
-    @property
-    def stamp(self) -> str:
-        """What has to stand beside the numbers of a rejected model."""
-        return "effective value, model rejected" if self.rejected else ""
-
     def as_setting(self) -> dict[str, Any]:
         """The effect as an entry of an effects.yaml."""
         if self.law is not None:
             return dict(self.law)
         return {"id": self.source_file or self.id, "parameters": dict(self.numbers)}
 
-    def __str__(self) -> str:
-        return self.line()
-
     def line(self, machine: MachineSizes | None = None) -> str:
         """The effect in a line, with its sizes on a machine."""
         others = ", ".join(map(words.join_effects, self.confusable_with))
         alike = f"; confusable with {others}" if others else ""
-        stamp = f" ({self.stamp})" if self.stamp else ""
-        sizes, sure = ", ".join(self.sizes_on(machine)), words.decimal(self.probability, 2)
+        stamp = f" ({STAMP})" if self.rejected else ""
+        sizes, sure = ", ".join(self.sizes(machine)), words.decimal(self.probability, 2)
         return f"{self.id}: {sizes}; probability {sure}{alike}{stamp}"
+
+    __str__ = line
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -168,13 +158,9 @@ class Explanation:
         return self.likelihood - self.occam + self.unknown_evidence + self.prior
 
     @property
-    def of_effects(self) -> bool:
-        return not self.instead
-
-    @property
     def says_nothing(self) -> bool:
         """Whether it is that nothing is missing."""
-        return self.of_effects and not self.effects and not self.unknown
+        return not (self.instead or self.effects or self.unknown)
 
     def __str__(self) -> str:
         named = [self.instead] if self.instead else [*self.effects, *(["something unknown"] if self.unknown else [])]
@@ -374,12 +360,6 @@ class Discovery(Display):
     law_file: str = ""
     provenance: Free = field(default_factory=dict)
 
-    @property
-    def reaches_floor(self) -> bool:
-        """Whether the law leaves no more error than noise would."""
-        change = self.error.held_out or self.error.fit if self.error is not None else None
-        return change is not None and change.after <= FLOOR * self.error.noise_floor  # type: ignore[union-attr]
-
     def lines(self) -> list[str]:
         """The verdict, the sentence, the places, what cannot be told apart and what cannot be known."""
         lines = [self.sentence]
@@ -443,11 +423,6 @@ _SAID = {
         "it is right, add checked=true.",
     ),
 }
-
-
-def other_model(model: str, better: str) -> str:
-    """The sentence where another base model of the house explains what this one does not."""
-    return f"{model} fails here, and model {better} explains the difference: use model={better}."
 
 
 SHOWN_ACTIONS = 3
@@ -553,7 +528,10 @@ class Diagnosis(Display):
     @property
     def doubts(self) -> tuple[str, ...]:
         """What takes certainty off the verdict, first of all: a model beyond its limits, damaged data."""
-        explained = self.law_holds and self.discovery is not None and self.discovery.reaches_floor
+        error = self.discovery.error if self.discovery is not None and self.law_holds else None
+        change = error and (error.held_out or error.fit)
+        # by a law that leaves no more error than noise would
+        explained = error is not None and change is not None and change.after <= FLOOR * error.noise_floor
         seen = [s for s in self.suspicions if not (s.kind == "sheet" and s.severity == "look" and explained)]
         return (*self.beyond, *map(str, seen))
 
@@ -561,12 +539,6 @@ class Diagnosis(Display):
     def wrong_model(self) -> bool:
         """Whether another base model explains what this one does not."""
         return self.verdict is Verdict.NONE_KNOWN and any(e.instead for e in self.considered[:1])
-
-    @property
-    def reserved(self) -> bool:
-        """Whether the final model is used beyond a limit; one that hangs on what nobody states ("if friction is ...")
-        is told, but takes no certainty off a model that agrees with the readings."""
-        return any(not sentence.startswith("if ") for sentence in self.beyond)
 
     @property
     def headline(self) -> str:
@@ -577,7 +549,8 @@ class Diagnosis(Display):
             return "Wrong model"
         if self.verdict is Verdict.ADEQUATE and self.considered and not self.considered[0].says_nothing:
             return "Nothing is certain to be missing"
-        reserved = not self.verdict.rejects_model and self.reserved
+        # a limit that hangs on what nobody states ("if friction is ...") takes no certainty off a model that agrees
+        reserved = not self.verdict.rejects_model and any(not limit.startswith("if ") for limit in self.beyond)
         return f"{self.verdict.headline}, with a reservation" if reserved else self.verdict.headline
 
     @property
@@ -606,7 +579,10 @@ class Diagnosis(Display):
             rows.append((c.id, *gains, words.decimal(c.probability, 3), c.note.replace("held-out", "unseen")))
         title = "candidates: chi-square gain, gain needed, rms of unseen runs"
         columns = ("effect", "gain", "needed", "unseen mm", "prob.", "note")
-        return [Table(title, columns, rows, left=("effect", "note")), error_table(self.error)]
+        errors = [(name, words.column(e.before), words.column(e.after)) for name, e in self.error.rows().items()]
+        floor = f"error (noise and settings alone: {words.decimal(1e3 * self.error.noise_floor, 3)} mm)"
+        beside = Table(floor, ("rms in mm", "before", "after"), errors)
+        return [Table(title, columns, rows, left=("effect", "note")), beside]
 
     def to_pandas(self) -> Any:
         """The candidates, best first: gain, threshold, held-out rms [m], and their notes."""
@@ -630,9 +606,3 @@ def error_line(error: Errors) -> list[str]:
     said = [f"error on unseen runs{beside} {before} -> {after} mm, {alone} {least} mm"]
     worse = [f"{n} {words.thousandths(c.before)} -> {words.thousandths(c.after)} mm" for n, c in error.worse().items()]
     return [*said, f"left out and predicted, these got worse: {', '.join(worse)}"] if worse else said
-
-
-def error_table(error: Errors) -> Table:
-    rows = [(name, words.column(row.before), words.column(row.after)) for name, row in error.rows().items()]
-    title = f"error (noise and settings alone: {words.decimal(1e3 * error.noise_floor, 3)} mm)"
-    return Table(title, ("rms in mm", "before", "after"), rows)

@@ -145,11 +145,8 @@ class Features:
     overshoot: Annotated[float | None, file_field("overshoot", MM)] = None
 
 
-def _feature_names(unit: str) -> tuple[str, str, str]:
-    """Names of the three in a row of per_run."""
-    return f"late_rate_{unit}_per_m", f"travel_to_first_0.1{unit}_m", f"overshoot_{unit}"
-
-
+#: names of the three in a row of per_run, by the unit of the signal
+FEATURES = {u: (f"late_rate_{u}_per_m", f"travel_to_first_0.1{u}_m", f"overshoot_{u}") for u in UNITS.values()}
 StoredKind = Annotated[
     Kind,
     Field(alias="unit"),
@@ -189,7 +186,7 @@ class RunError:
         """Return a row of per_run; the unit stands in the names of the features, too."""
         row: dict[str, Any] = handler(self)
         for name in ("measured", "modelled"):
-            row[name] = dict(zip(_feature_names(self.unit), row[name].values(), strict=True))
+            row[name] = dict(zip(FEATURES[self.unit], row[name].values(), strict=True))
         return row
 
     @model_validator(mode="before")
@@ -197,7 +194,7 @@ class RunError:
     def _from_file(cls, row: Any) -> Any:
         features = {}
         for name in ("measured", "modelled"):
-            values = [row[name][key] for key in _feature_names(row["unit"])]
+            values = [row[name][key] for key in FEATURES[row["unit"]]]
             features[name] = dict(zip(("late_rate", "first_move", "overshoot"), values, strict=True))
         return row | features
 
@@ -303,24 +300,21 @@ class Comparison(Display):
         """Where the model fails; with effects, how the error changed and what got worse."""
         said = [f"{self.final_model} against {self.campaign.title}"]
         if self.where is not None:
-            said += [self.where.sentence, self.where.boundary_sentence, *self.changes()]
-        said += self.beyond
-        return said
-
-    def changes(self) -> list[str]:
-        """What the effects changed; nothing when there are none."""
-        if not self.effects:
-            return []
-        said, names = [], ", ".join(e.id for e in self.effects)
-        if self.error is not None:
-            for name, row in replace(self.error, by_condition={}).rows().items():
-                said.append(f"{name}: rms {words.column(row.before)} -> {words.column(row.after)} mm with {names}")
-            said.append(f"noise and settings alone {words.column(self.error.noise_floor)} mm")
-        worse = [f"{r.run} {r.signal}" for r in self.per_run if r.worse]
-        return [*said, f"got worse: {', '.join(worse)}" if worse else "no run got worse"]
+            said += [self.where.sentence, self.where.boundary_sentence]
+        if self.where is not None and self.effects:
+            names = ", ".join(e.id for e in self.effects)
+            if self.error is not None:
+                for name, row in replace(self.error, by_condition={}).rows().items():
+                    said.append(f"{name}: rms {words.column(row.before)} -> {words.column(row.after)} mm with {names}")
+                said.append(f"noise and settings alone {words.column(self.error.noise_floor)} mm")
+            worse = [f"{r.run} {r.signal}" for r in self.per_run if r.worse]
+            said.append(f"got worse: {', '.join(worse)}" if worse else "no run got worse")
+        return [*said, *self.beyond]
 
     def tables(self) -> Sequence[Table]:
-        tables = [runs_table(self)] if self.per_run else []
+        """Steady rates, where there are some; error of every run and signal, and the late rates that people compare,
+        where what is alike in all rows is no column."""
+        tables = []
         if self.steady:  # marked where the model is off
             columns = ("run", "point", "N/mm2", "measured", "u", "modelled", "|E|/u")
             rows = []
@@ -329,7 +323,23 @@ class Comparison(Display):
                 rows.append((r.run, str(r.point), words.tension(r.tension), *rates, words.decimal(r.ratio, 1)))
             marked = [k for k, r in enumerate(self.steady) if r.ratio > STEADY_K]
             title = f"steady rates in mm per m, {self.final_model}"
-            tables.insert(0, Table(title, columns, rows, left=("run",), marked=marked))
+            tables.append(Table(title, columns, rows, left=("run",), marked=marked))
+        if self.per_run:
+            uses, units = ({getattr(r, name) for r in self.per_run} for name in ("use", "unit"))
+            data, errors = "measured" if self.campaign.readings == "measured" else "in the data", []
+            for r in self.per_run:
+                row = {"run": r.run, "signal": r.signal, "N/mm2": words.tension(r.tension), "yaw deg": words.yaw(r.yaw)}
+                row |= {"use": r.use.replace("_", " ")} if len(uses) > 1 else {}
+                row |= {"unit": r.unit} if len(units) > 1 else {}
+                row["rms"] = words.column(r.before)
+                row |= {"after": words.column(r.after)} if self.effects else {}
+                row |= {"floor": words.column(r.floor), "late rate": words.column(r.modelled.late_rate, sign=True)}
+                errors.append(row | {data: words.column(r.measured.late_rate, sign=True)})
+            unit = units.pop() if len(units) == 1 else ""
+            title = f"Errors [{unit}] and late rates [{unit}/m]" if unit else "Errors, and late rates per m"
+            marked = [k for k, r in enumerate(self.per_run) if r.worse]
+            left, cells = ("run", "signal", "use", "unit"), [list(row.values()) for row in errors]
+            tables.append(Table(title, list(errors[0]), cells, left=left, marked=marked))
         return tables
 
     def to_pandas(self) -> Any:
@@ -341,23 +351,3 @@ class Comparison(Display):
     def to_xarray(self) -> Any:
         """rms before and after of every run and signal, in SI."""
         return error_grid(self.per_run)
-
-
-def runs_table(c: Comparison) -> Table:
-    """Error of every run and signal, and the late rates that people compare; what is alike in all rows is no column."""
-    uses, units = ({getattr(r, name) for r in c.per_run} for name in ("use", "unit"))
-    rows = []
-    for r in c.per_run:
-        row = {"run": r.run, "signal": r.signal, "N/mm2": words.tension(r.tension), "yaw deg": words.yaw(r.yaw)}
-        row |= {"use": r.use.replace("_", " ")} if len(uses) > 1 else {}
-        row |= {"unit": r.unit} if len(units) > 1 else {}
-        row["rms"] = words.column(r.before)
-        row |= {"after": words.column(r.after)} if c.effects else {}
-        row |= {"floor": words.column(r.floor), "late rate": words.column(r.modelled.late_rate, sign=True)}
-        data = "measured" if c.campaign.readings == "measured" else "in the data"
-        rows.append(row | {data: words.column(r.measured.late_rate, sign=True)})
-    unit = units.pop() if len(units) == 1 else ""
-    title = f"Errors [{unit}] and late rates [{unit}/m]" if unit else "Errors, and late rates per m"
-    marked = [k for k, r in enumerate(c.per_run) if r.worse]
-    left = ("run", "signal", "use", "unit")
-    return Table(title, list(rows[0]), [list(row.values()) for row in rows], left=left, marked=marked)

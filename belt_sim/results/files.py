@@ -97,29 +97,25 @@ def schema(name: str) -> Json:
     return {"$schema": "https://json-schema.org/draft/2020-12/schema"} | made
 
 
-def file_json(result: Check | Comparison | Drawings) -> Json:
-    """Return the content of check.json (numbers in SI), comparison.json or drawings.json, from which a report can be
-    written again without the diagnosis."""
-    content: Json = to_json(result)
+def file_json(result: Check | Comparison | Drawings | Diagnosis | Discovery) -> Json:
+    """Return the content of check.json, diagnosis.json (parameters in SI), discovery.json (our own names, SI
+    throughout), comparison.json or drawings.json, from which a report can be written again without the diagnosis."""
+    head: Json = {"schema": next(name for name, kind in WRITTEN.items() if kind is type(result))}
+    if isinstance(result, Discovery):
+        content = adapter(Discovery).dump_python(result, mode="json", by_alias=False)
+        content = round_numbers(content, DISCOVERY_DIGITS)
+        if content["error"] is not None:
+            empty: Json = {"fit": None, "held_out": None, "by_condition": {}, "untestable": [], "own": None}
+            content["error"] = empty | content["error"]
+        return head | content
+
+    content = to_json(result)
+    if isinstance(result, Diagnosis):
+        found = {} if result.discovery is None else {"discovery": file_json(result.discovery)}
+        return head | {"runs_schema": RUNS} | content | found
     if isinstance(result, Drawings):
-        content = round_numbers(content, DIGITS)
-    name = next(name for name, kind in WRITTEN.items() if kind is type(result))
-    return {"schema": name} | content | ({"runs_schema": RUNS} if "per_run" in content else {})
-
-
-def diagnosis_json(d: Diagnosis) -> Json:
-    """Return the content of diagnosis.json; parameters in SI."""
-    content: Json = {"schema": DIAGNOSIS, "runs_schema": RUNS} | to_json(d)
-    return content | ({"discovery": discovery_json(d.discovery)} if d.discovery is not None else {})
-
-
-def discovery_json(d: Discovery) -> Json:
-    """Return the content of discovery.json: our own names, SI throughout."""
-    content: Json = round_numbers(adapter(Discovery).dump_python(d, mode="json", by_alias=False), DISCOVERY_DIGITS)
-    if content["error"] is not None:
-        empty: Json = {"fit": None, "held_out": None, "by_condition": {}, "untestable": [], "own": None}
-        content["error"] = empty | content["error"]
-    return {"schema": DISCOVERY} | content
+        return head | round_numbers(content, DIGITS)
+    return head | content | ({"runs_schema": RUNS} if "per_run" in content else {})
 
 
 def round_numbers(x: Any, digits: int) -> Any:
@@ -149,9 +145,8 @@ def diagnosis_of(content: Json, drawn: Json, where: str) -> Diagnosis:
 
     Raises InputError, naming ``where``, if they are damaged or of another version.
     """
-    with _damage_told("diagnosis", where):
-        _check_version(content, schema=DIAGNOSIS, runs_schema=RUNS)
-        _check_version(drawn, schema=DRAWINGS)
+    versions = (content, "schema", DIAGNOSIS), (content, "runs_schema", RUNS), (drawn, "schema", DRAWINGS)
+    with _damage_told("diagnosis", where, *versions):
         discovery = read_discovery(content["discovery"]) if "discovery" in content else None
         drawings = adapter(Drawings).validate_python(drawn)
         read: Diagnosis = adapter(Diagnosis).validate_python(content | {"drawings": drawings, "discovery": discovery})
@@ -160,22 +155,21 @@ def diagnosis_of(content: Json, drawn: Json, where: str) -> Diagnosis:
 
 def read_discovery(content: Mapping[str, Any]) -> Discovery:
     """Build a discovery from the content of discovery.json; raise InputError if damaged or of another version."""
-    with _damage_told("discovery", "discovery.json"):
-        _check_version(content, schema=DISCOVERY)
+    with _damage_told("discovery", "discovery.json", (content, "schema", DISCOVERY)):
         read: Discovery = adapter(Discovery).validate_python(dict(content), by_alias=False, by_name=True, context=IN_SI)
     return read
 
 
-def _check_version(content: Mapping[str, Any], **wanted: str) -> None:
-    for key, name in wanted.items():
-        if content[key] != name:
-            raise ValueError(f"{key} is {content[key]!r}, not {name}")
-
-
 @contextmanager
-def _damage_told(what: str, where: str) -> Iterator[None]:
-    """Raise InputError where what is read within fails; of pydantic's many lines the first fault, with its place."""
+def _damage_told(what: str, where: str, *versions: tuple[Mapping[str, Any], str, str]) -> Iterator[None]:
+    """Raise InputError where what is read within fails; of pydantic's many lines the first fault, with its place.
+
+    versions: content of a file, key, and what has to stand there.
+    """
     try:
+        for content, key, name in versions:
+            if content[key] != name:
+                raise ValueError(f"{key} is {content[key]!r}, not {name}")
         yield
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         said = str(error)

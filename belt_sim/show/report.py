@@ -20,7 +20,7 @@ from belt_sim.effects.base import library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.io import write_text
 from belt_sim.results import words
-from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Candidate, Diagnosis, FoundEffect, Verdict
+from belt_sim.results.diagnosis import LIKELY, STAMP, UNKNOWN, Candidate, Diagnosis, FoundEffect, Verdict
 from belt_sim.results.errors import Errors, OwnChange
 from belt_sim.results.estimates import Estimate, MachineSizes, number_texts
 from belt_sim.results.files import DIAGNOSIS
@@ -227,11 +227,11 @@ def plant_card(e: FoundEffect, machine: MachineSizes | None = None, asked_for: i
         parts = [part for c in each for part in c["parts"]]
         others.append({"id": words.join_effects(ids), "fault": said, "parts": parts, "marks": [], "letter": ""})
     return card | {
-        "sizes": (*card["sizes"], *differs) if card["sizes"] else e.sizes,
+        "sizes": (*card["sizes"], *differs) if card["sizes"] else e.sizes(),
         "sure": sureness(e.probability, asked_for),
         "unsure": e.probability < LIKELY,
         "others": others,
-        "stamp": e.stamp,
+        "stamp": STAMP if e.rejected else "",
     }
 
 

@@ -48,9 +48,9 @@ _CURVES = ("courses", "against", "curve", "effect_file", "law_file", "campaign",
 def diagnose_folder(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
     """What the diagnosis says of a campaign on disk."""
     from belt_sim.api.inference import diagnose
-    from belt_sim.results.files import diagnosis_json
+    from belt_sim.results.files import file_json
 
-    content = diagnosis_json(diagnose(read_campaign(folder), base, bootstraps=bootstraps, seed=seed))
+    content = file_json(diagnose(read_campaign(folder), base, bootstraps=bootstraps, seed=seed))
     kept = {key: value for key, value in content.items() if key not in _LONG}
     if "discovery" in kept:
         kept["discovery"] = {k: v for k, v in kept["discovery"].items() if k not in (*_LONG, *_CURVES)}

@@ -8,7 +8,7 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.app.session import MAX_UPLOAD
-from belt_sim.results.files import diagnosis_json
+from belt_sim.results.files import file_json
 
 CURVE = "document.querySelector('[data-name=curves]')?.data?.[0]?.y"
 NOTED = 2000  # [ms] until the server has heard of what was written, on a busy machine
@@ -117,7 +117,7 @@ def test_a_small_diagnosis_runs_to_its_report_and_says_what_python_says(measurem
     assert answer.headers["content-security-policy"].startswith("sandbox allow-scripts; default-src 'none'")
     (file,) = served.folder.glob("diagnose_*/diagnosis.json")  # as the command line has left it
     by_page, by_python = json.loads(file.read_text()), bs.diagnose(small, "strip", ["taper"], bootstraps=100, seed=0)
-    assert by_page | {"provenance": 0} == json.loads(json.dumps(diagnosis_json(by_python))) | {"provenance": 0}
+    assert by_page | {"provenance": 0} == json.loads(json.dumps(file_json(by_python))) | {"provenance": 0}
     assert by_python.headline in " ".join((file.parent / "log.txt").read_text().split())
 
 

@@ -14,14 +14,14 @@ from belt_sim.errors import InputError
 from belt_sim.io import write_json
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.errors import Drawings
-from belt_sim.results.files import diagnosis_json, file_json, read_diagnosis, to_json
+from belt_sim.results.files import file_json, read_diagnosis, to_json
 
 NAMES = ("nothing", "sag_roll", "two", "stranger")
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_the_file_follows_its_schema(name):
-    content = diagnosis_json(diagnosed(name))
+    content = file_json(diagnosed(name))
     check(content)
     for e in content["effects"]:
         assert e["parameters"]
@@ -35,7 +35,7 @@ def test_the_file_follows_its_schema(name):
 
 @pytest.mark.parametrize(("place", "key"), [((), "verdict"), (("error",), "noise_floor_mm"), (("where",), "worst")])
 def test_the_schema_misses_a_key_that_is_gone(place, key):
-    content = inner = diagnosis_json(diagnosed("sag_roll"))
+    content = inner = file_json(diagnosed("sag_roll"))
     for step in place:
         inner = inner[step]
     del inner[key]
@@ -45,7 +45,7 @@ def test_the_schema_misses_a_key_that_is_gone(place, key):
 
 def test_lengths_are_in_mm_and_parameters_in_si():
     d = diagnosed("sag_roll")
-    content = diagnosis_json(d)
+    content = file_json(d)
     assert content["error"]["held_out"]["before_mm"] == pytest.approx(1e3 * d.error.held_out.before)
     assert content["error"]["noise_floor_mm"] == pytest.approx(1e3 * d.error.noise_floor)
     assert content["ranking"][0]["held_out_rms_mm"] == pytest.approx(1e3 * d.ranking[0].held_out_rms)
@@ -61,7 +61,7 @@ def test_a_tilt_is_in_mrad():
     row = to_json(run)
     assert (row["unit"], row["before"]) == ("mrad", pytest.approx(2.5))
     assert "late_rate_mrad_per_m" in row["measured"]
-    content = diagnosis_json(replace(diagnosed("sag_roll"), per_run=(run,)))
+    content = file_json(replace(diagnosed("sag_roll"), per_run=(run,)))
     check(content)
 
 
@@ -80,7 +80,7 @@ def same(a, b) -> bool:
 
 def written(folder, d: Diagnosis):
     """The folder with the two files of a diagnosis."""
-    write_json(folder / "diagnosis.json", diagnosis_json(d))
+    write_json(folder / "diagnosis.json", file_json(d))
     check(file_json(d.drawings))
     write_json(folder / "drawings.json", file_json(d.drawings))
     return folder
@@ -97,7 +97,7 @@ def test_a_diagnosis_is_read_back_as_it_was(tmp_path, name):
 
 def test_a_file_of_another_version_is_told_in_one_line(tmp_path):
     folder = written(tmp_path, diagnosed("sag_roll"))
-    old = diagnosis_json(diagnosed("sag_roll"))
+    old = file_json(diagnosed("sag_roll"))
     del old["runs_schema"]
     write_json(folder / "diagnosis.json", old)
     with pytest.raises(InputError, match="another version of belt-sim") as caught:
@@ -125,7 +125,7 @@ def test_the_ranking_lists_every_candidate_best_first():
 @pytest.mark.parametrize(("name", "chosen"), [("nothing", set()), ("sag_roll", {"sag_roll"}), ("two", None)])
 def test_the_effects_that_are_named_follow_from_the_table_in_the_file(name, chosen):
     """likelihood - occam + unknown + prior, of what nothing speaks against: a pocket calculator will do."""
-    content = diagnosis_json(diagnosed(name))
+    content = file_json(diagnosed(name))
     rows = [e for e in content["considered"] if not e["refused"]]
     odds = [e["likelihood"] - e["occam"] + e["unknown_evidence"] + e["prior"] for e in rows]
     whole = sum(math.exp(o - max(odds)) for o in odds)

@@ -20,7 +20,7 @@ from belt_sim.discovery.selection import CloseLaw, search_law
 from belt_sim.discovery.words import describe_discovery, place_words, sentence
 from belt_sim.errors import InputError
 from belt_sim.results.errors import Change, Errors, OwnChange
-from belt_sim.results.files import discovery_json, read_discovery
+from belt_sim.results.files import file_json, read_discovery
 from belt_sim.results.words import thousandths
 
 EXPLAINED = 0.9  # of the hidden effect's chi2, D^2
@@ -69,7 +69,7 @@ def test_the_written_effect_lets_the_error_fall_in_a_comparison(tmp_path):
     content = json.loads((tmp_path / "discovery.json").read_text())
     check(content)
     read = read_discovery(content)
-    assert discovery_json(read) == discovery_json(described("yaw_creep"))
+    assert file_json(read) == file_json(described("yaw_creep"))
 
 
 def test_something_unknown_is_likely_where_it_is_and_only_there():

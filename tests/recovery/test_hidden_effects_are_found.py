@@ -90,7 +90,7 @@ def test_a_set_that_leaves_too_much_is_not_named_but_said_to_be_nearest():
     d = examine(made, MODEL, candidates_of(ALIKE, MODEL), seed=SEED, laws=LawSearch())
     found = describe(d, seed=SEED)
     assert (found.verdict, found.effects) == (Verdict.NONE_KNOWN, ())
-    known = next(e for e in d.decision.explanations if e.of_effects and not e.unknown)
+    known = next(e for e in d.decision.explanations if not e.instead and not e.unknown)
     assert known.effects
     assert all(name in found.unknown.nearest for name in known.effects)
     assert "likelier" in found.unknown.why

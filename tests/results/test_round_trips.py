@@ -26,7 +26,7 @@ from belt_sim.results.diagnosis import (
     Verdict,
 )
 from belt_sim.results.errors import Change, Drawings, Errors, Features, OwnChange, RunError, Where, Worst
-from belt_sim.results.files import diagnosis_json, diagnosis_of, file_json
+from belt_sim.results.files import diagnosis_of, file_json
 
 STORED = Path(__file__).parent / "stored"  # a diagnosis with a discovery, as it was once written
 UNITS = 1e-9  # relative: to mm or degrees, written with 12 digits, and back
@@ -187,7 +187,7 @@ def same(a, b) -> bool:
 
 
 def test_a_stored_file_is_written_again_as_it_was():
-    assert same(diagnosis_json(BASE), CONTENT)
+    assert same(file_json(BASE), CONTENT)
     assert same(file_json(BASE.drawings), DRAWN)
 
 
@@ -202,12 +202,12 @@ def test_a_file_of_another_version_is_one_line(key):
 @given(parts=st.fixed_dictionaries({}, optional=PARTS))
 def test_any_result_follows_the_schema_and_is_read_back(parts):
     result = replace(SMALL, **parts)
-    content = diagnosis_json(result)
+    content = file_json(result)
     check(content)
     back = diagnosis_of(json.loads(json.dumps(content, allow_nan=False)), file_json(SMALL.drawings), "here")
     for name in PARTS:
         assert same(getattr(result, name), getattr(back, name)), name
-    assert same(diagnosis_json(back), content)
+    assert same(file_json(back), content)
 
 
 def test_a_discovery_without_a_law_says_its_sentence_first():

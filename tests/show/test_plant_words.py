@@ -20,7 +20,6 @@ from belt_sim.results.diagnosis import (
     FoundEffect,
     NextRun,
     Verdict,
-    other_model,
 )
 from belt_sim.results.estimates import Estimate, MachineSizes, number_texts
 from belt_sim.show.report import (
@@ -225,7 +224,7 @@ def test_another_model_that_explains_the_runs_is_no_unknown():
     instead = replace(row(p=1.0), instead="model=strip")
     told = replace(
         drawn("nothing"), verdict=Verdict.NONE_KNOWN, effects=(), considered=(instead,), tied=(),
-        sentence=other_model("beam_th2", "strip"),
+        sentence="beam_th2 fails here, and model strip explains the difference: use model=strip.",
     )  # fmt: skip
     said = "Wrong model: beam_th2 fails here, and model strip explains the difference: use model=strip"
     assert told.lines()[0] == f"{said}."
@@ -284,7 +283,7 @@ def test_a_likeliest_fault_that_is_too_weak_to_name_is_still_told(likeliest):
         verdict=Verdict.ADEQUATE,
         tied=(),
         considered=tuple(rows),
-        reserved=False,
+        beyond=(),
         sentence=_sentence(found),
         wrong_model=False,
     )

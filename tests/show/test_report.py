@@ -321,7 +321,6 @@ def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
         rivals=[SimpleNamespace(formula="κ|κ|", place="turn of the belt")],
         limits=["one speed only"],
         error=replace(explained.error),
-        reaches_floor=True,
         law_file="text",
     )
     told = replace(explained, discovery=found)

@@ -8,9 +8,9 @@ from small_campaign import drawn
 from told import unknown
 
 from belt_sim.effects.base import library
-from belt_sim.results.check import Visible, visible_table
+from belt_sim.results.check import Check, Visible
 from belt_sim.results.diagnosis import NextRun
-from belt_sim.results.errors import CampaignLabel, Comparison, runs_table
+from belt_sim.results.errors import CampaignLabel, Comparison
 from belt_sim.results.words import capital
 from belt_sim.show.terminal import tell, tell_diagnosis
 
@@ -45,16 +45,15 @@ def test_tables_of_check_and_compare_fit_and_break_no_name_or_number(monkeypatch
     monkeypatch.setenv("COLUMNS", "80")
     numbers = [(e.id, n, p) for e in library().values() for n, p in e.parameters.items()]
     size: dict = {"meaning": "", "smallest": 1.234e-4, "largest_plausible": 5e3, "share": 2.0}
-    visible = [Visible(effect=e, parameter=n, unit=p.unit, **size) for e, n, p in numbers]
+    visible = tuple(Visible(effect=e, parameter=n, unit=p.unit, **size) for e, n, p in numbers)
     d = drawn("sag_roll")
     label, made = CampaignLabel(title="a campaign", sha256="", source="measured"), library()["taper"](kappa_t=1e-5)
     rows = tuple(replace(r, run="run at 10 N") for r in d.per_run)
-    common: dict = {"base_model": "beam_th2", "campaign": label, "error": d.error, "where": d.where, "provenance": {}}
-    compared = Comparison(**common, effects=(made,), per_run=rows, steady=())
-    for table, words in (
-        (visible_table(visible), [f"{e}.{n}" for e, n, _ in numbers]),
-        (runs_table(compared), ["run at 10 N"]),
-    ):
+    common: dict = {"base_model": "beam_th2", "campaign": label, "provenance": {}}
+    compared = Comparison(**common, error=d.error, where=d.where, effects=(made,), per_run=rows, steady=())
+    checked = Check(**common, planned=False, runs=(), noise="", doubts=(), visible=visible, pairs=())
+    for result, words in ((checked, [f"{e}.{n}" for e, n, _ in numbers]), (compared, ["run at 10 N"])):
+        (table,) = result.tables()
         tell([table], [])
         said = capsys.readouterr().out
         assert max(map(len, said.splitlines())) <= 80

@@ -7,7 +7,7 @@ from typing import Any
 
 from belt_sim.api.inference import diagnose
 from belt_sim.campaign import read_campaign
-from belt_sim.results.files import diagnosis_json
+from belt_sim.results.files import file_json
 from belt_sim.units import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig import Plan, grid, make_campaign
 
@@ -41,7 +41,7 @@ def oracle(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any
 
 def few(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
     """The diagnosis, asked of few effects: every one is compiled."""
-    return diagnosis_json(diagnose(read_campaign(folder), base, FEW, bootstraps=bootstraps, seed=seed))
+    return file_json(diagnose(read_campaign(folder), base, FEW, bootstraps=bootstraps, seed=seed))
 
 
 def slow_oracle(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
