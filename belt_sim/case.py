@@ -26,14 +26,12 @@ def pytree(cls: type[C]) -> type[C]:
     static = [f.name for f in dataclasses.fields(cls) if f.metadata.get("static")]
     mark = f"{cls.__module__}.{cls.__qualname__}"
 
-    def aux(x: C) -> tuple[Any, ...]:
-        return (mark, *(getattr(x, n) for n in static))
+    def flatten(x: C) -> tuple[list[Any], tuple[Any, ...]]:
+        return [getattr(x, n) for n in names], (mark, *(getattr(x, n) for n in static))
 
     def flatten_with_keys(x: C) -> tuple[list[Any], tuple[Any, ...]]:
-        return [(jax.tree_util.GetAttrKey(n), getattr(x, n)) for n in names], aux(x)
-
-    def flatten(x: C) -> tuple[list[Any], tuple[Any, ...]]:
-        return [getattr(x, n) for n in names], aux(x)
+        leaves, aux = flatten(x)
+        return [*zip(map(jax.tree_util.GetAttrKey, names), leaves, strict=True)], aux
 
     def unflatten(marks: tuple[Any, ...], leaves: Iterable[Any]) -> C:
         new = object.__new__(cls)

@@ -266,22 +266,21 @@ class StoredProgram:
         self.lock = threading.Lock()
 
     def __call__(self, *arguments: Any) -> Any:
-        """Return what the function gives."""
+        """Return what the function gives, by its program from memory, from disk, or traced now."""
         leaves, structure = jax.tree.flatten(arguments)
         with jax.enable_x64(True):
-            return self.program_for(leaves, structure)(*leaves)
-
-    def program_for(self, leaves: list[Any], structure: Any) -> Callable[..., Any]:
-        """Return the compiled function of leaves (one argument each), from memory, from disk, or traced now."""
-        types = tuple(map(jax.typeof, leaves))
-        with self.lock:
-            if (structure, types) not in self.programs:
-                if len(self.programs) >= PROGRAMS:
-                    self.programs.clear()
-                self.programs[structure, types] = self._make(leaves, structure, types)
-            return self.programs[structure, types]
+            types = tuple(map(jax.typeof, leaves))
+            with self.lock:
+                if (structure, types) not in self.programs:
+                    if len(self.programs) >= PROGRAMS:
+                        self.programs.clear()
+                    self.programs[structure, types] = self._make(leaves, structure, types)
+                program = self.programs[structure, types]
+            return program(*leaves)
 
     def _make(self, leaves: list[Any], structure: Any, types: tuple[Any, ...]) -> Callable[..., Any]:
+        """Return the compiled function of leaves, one argument each, from disk or traced now."""
+
         def stored_program(*leaves: Any) -> Any:
             return self.function(*jax.tree.unflatten(structure, leaves))
 

@@ -61,7 +61,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
     causes = [cls.cause for cls in d.bench.forward.classes if cls.id in d.named.ids]
     faulty = any(cause is None or not cause.of_model for cause in causes)
     error = errors_of(d.bench, d.nothing, final, fit)
-    sentence = _sentence(d, [e.id for e in effects if e.disagrees])
+    sentence = _sentence(d, [e.id for e in effects if e.told != e.parameters])
     # why the effects that are named are not sure, or their sizes not reliable
     for run in dict.fromkeys(d.rests_on.values()):
         rest = join_words(sorted(n for n in d.named.ids if d.rests_on.get(n) == run))

@@ -78,16 +78,11 @@ class FoundEffect:
                 found[name] = replace(each[0], value=middle, u=ends[1] - ends[0], interval=ends)
         return found
 
-    @property
-    def disagrees(self) -> bool:
-        """Whether tied explanations have other sizes of it."""
-        return self.told != self.parameters
-
-    def sizes(self, machine: MachineSizes | None = None) -> tuple[str, ...]:
+    def sizes_on(self, machine: MachineSizes | None) -> tuple[str, ...]:
         """What is known of its numbers, a line each; on a machine, as people there measure them."""
         if self.parameters:
             said = tuple(f"{n} = {text}" for n, text in number_texts(self.id, self.told, machine).items())
-            return (*said, "size not reliable: it differs by explanation") if self.disagrees else said
+            return (*said, "size not reliable: it differs by explanation") if self.told != self.parameters else said
         if self.alone:
             each = " or ".join(f"{n} = {text}" for n, text in number_texts(self.id, self.alone, machine).items())
             return (f"{each} (each if it were alone: the readings do not tell which)",)
@@ -104,7 +99,7 @@ class FoundEffect:
         others = ", ".join(map(words.join_effects, self.confusable_with))
         alike = f"; confusable with {others}" if others else ""
         stamp = f" ({STAMP})" if self.rejected else ""
-        sizes, sure = ", ".join(self.sizes(machine)), words.decimal(self.probability, 2)
+        sizes, sure = ", ".join(self.sizes_on(machine)), words.decimal(self.probability, 2)
         return f"{self.id}: {sizes}; probability {sure}{alike}{stamp}"
 
     __str__ = line
@@ -360,6 +355,12 @@ class Discovery(Display):
     law_file: str = ""
     provenance: Free = field(default_factory=dict)
 
+    @property
+    def reaches_floor(self) -> bool:
+        """Whether the law leaves no more error than noise would."""
+        change = self.error.held_out or self.error.fit if self.error is not None else None
+        return change is not None and change.after <= FLOOR * self.error.noise_floor  # type: ignore[union-attr]
+
     def lines(self) -> list[str]:
         """The verdict, the sentence, the places, what cannot be told apart and what cannot be known."""
         lines = [self.sentence]
@@ -528,10 +529,7 @@ class Diagnosis(Display):
     @property
     def doubts(self) -> tuple[str, ...]:
         """What takes certainty off the verdict, first of all: a model beyond its limits, damaged data."""
-        error = self.discovery.error if self.discovery is not None and self.law_holds else None
-        change = error and (error.held_out or error.fit)
-        # by a law that leaves no more error than noise would
-        explained = error is not None and change is not None and change.after <= FLOOR * error.noise_floor
+        explained = self.law_holds and self.discovery is not None and self.discovery.reaches_floor
         seen = [s for s in self.suspicions if not (s.kind == "sheet" and s.severity == "look" and explained)]
         return (*self.beyond, *map(str, seen))
 
@@ -539,6 +537,12 @@ class Diagnosis(Display):
     def wrong_model(self) -> bool:
         """Whether another base model explains what this one does not."""
         return self.verdict is Verdict.NONE_KNOWN and any(e.instead for e in self.considered[:1])
+
+    @property
+    def reserved(self) -> bool:
+        """Whether the final model is used beyond a limit; one that hangs on what nobody states ("if friction is ...")
+        is told, but takes no certainty off a model that agrees with the readings."""
+        return any(not sentence.startswith("if ") for sentence in self.beyond)
 
     @property
     def headline(self) -> str:
@@ -549,8 +553,7 @@ class Diagnosis(Display):
             return "Wrong model"
         if self.verdict is Verdict.ADEQUATE and self.considered and not self.considered[0].says_nothing:
             return "Nothing is certain to be missing"
-        # a limit that hangs on what nobody states ("if friction is ...") takes no certainty off a model that agrees
-        reserved = not self.verdict.rejects_model and any(not limit.startswith("if ") for limit in self.beyond)
+        reserved = not self.verdict.rejects_model and self.reserved
         return f"{self.verdict.headline}, with a reservation" if reserved else self.verdict.headline
 
     @property

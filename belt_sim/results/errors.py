@@ -300,16 +300,20 @@ class Comparison(Display):
         """Where the model fails; with effects, how the error changed and what got worse."""
         said = [f"{self.final_model} against {self.campaign.title}"]
         if self.where is not None:
-            said += [self.where.sentence, self.where.boundary_sentence]
-        if self.where is not None and self.effects:
-            names = ", ".join(e.id for e in self.effects)
-            if self.error is not None:
-                for name, row in replace(self.error, by_condition={}).rows().items():
-                    said.append(f"{name}: rms {words.column(row.before)} -> {words.column(row.after)} mm with {names}")
-                said.append(f"noise and settings alone {words.column(self.error.noise_floor)} mm")
-            worse = [f"{r.run} {r.signal}" for r in self.per_run if r.worse]
-            said.append(f"got worse: {', '.join(worse)}" if worse else "no run got worse")
+            said += [self.where.sentence, self.where.boundary_sentence, *self.changes()]
         return [*said, *self.beyond]
+
+    def changes(self) -> list[str]:
+        """What the effects changed; nothing when there are none."""
+        if not self.effects:
+            return []
+        said, names = [], ", ".join(e.id for e in self.effects)
+        if self.error is not None:
+            for name, row in replace(self.error, by_condition={}).rows().items():
+                said.append(f"{name}: rms {words.column(row.before)} -> {words.column(row.after)} mm with {names}")
+            said.append(f"noise and settings alone {words.column(self.error.noise_floor)} mm")
+        worse = [f"{r.run} {r.signal}" for r in self.per_run if r.worse]
+        return [*said, f"got worse: {', '.join(worse)}" if worse else "no run got worse"]
 
     def tables(self) -> Sequence[Table]:
         """Steady rates, where there are some; error of every run and signal, and the late rates that people compare,

@@ -13,6 +13,7 @@ from belt_sim.units import DEGREE, N_PER_MM2
 
 KILO = 1e3  # m -> mm, rad -> mrad
 NONE = "–"
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: Any, digits: int = 3) -> str:
@@ -25,7 +26,7 @@ def number(value: Any, digits: int = 3) -> str:
         decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
         return _minus(f"{value:.{decimals}f}")
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    return _minus(f"{mantissa}·{_power(int(exponent))}")
+    return _minus(f"{mantissa}·10{str(int(exponent)).translate(_SUPERSCRIPTS)}")
 
 
 def thousandths(value: Any) -> str:
@@ -79,7 +80,7 @@ def with_u(value: Any, u: Any, unit: str = "") -> str:
     power = 0 if 1e-3 <= top < 1e5 else math.floor(math.log10(top))
     decimals = max(0, 1 - math.floor(math.log10(u / 10.0**power)))
     core = f"{value / 10.0**power:.{decimals}f} ± {u / 10.0**power:.{decimals}f}"
-    core = f"({core})·{_power(power)}" if power else core
+    core = f"({core})·10{str(power).translate(_SUPERSCRIPTS)}" if power else core
     return _minus(core) + unit
 
 
@@ -136,11 +137,6 @@ def _is_number(value: Any) -> bool:
 
 def _minus(text: str) -> str:
     return text.replace("-", "−")
-
-
-def _power(exponent: int) -> str:
-    """10 to this power."""
-    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 @dataclass(frozen=True)

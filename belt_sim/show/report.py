@@ -220,14 +220,14 @@ def plant_card(e: FoundEffect, machine: MachineSizes | None = None, asked_for: i
     were right; unsure: marked as such; others: what it may be instead, lettered on the sketch."""
     pulleys, others = {_pulley(row) for row in e.by_explanation or (e.parameters,) if row}, []
     card, where = effect_card(e.id, e.told, machine, pulleys), " and pulley" if len(pulleys) > 1 else ""
-    differs = (f"size{where} not reliable: the explanations differ by so much",) if e.disagrees else ()
+    differs = (f"size{where} not reliable: the explanations differ by so much",) if e.told != e.parameters else ()
     for ids in e.confusable_with:  # what each may be, and at which parts of the sketch
         each = [effect_card(one, {}, machine, (None,)) for one in ids]
         said = " and ".join(c["fault"] for c in each)
         parts = [part for c in each for part in c["parts"]]
         others.append({"id": words.join_effects(ids), "fault": said, "parts": parts, "marks": [], "letter": ""})
     return card | {
-        "sizes": (*card["sizes"], *differs) if card["sizes"] else e.sizes(),
+        "sizes": (*card["sizes"], *differs) if card["sizes"] else e.sizes_on(None),
         "sure": sureness(e.probability, asked_for),
         "unsure": e.probability < LIKELY,
         "others": others,

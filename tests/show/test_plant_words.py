@@ -283,7 +283,7 @@ def test_a_likeliest_fault_that_is_too_weak_to_name_is_still_told(likeliest):
         verdict=Verdict.ADEQUATE,
         tied=(),
         considered=tuple(rows),
-        beyond=(),
+        reserved=False,
         sentence=_sentence(found),
         wrong_model=False,
     )
