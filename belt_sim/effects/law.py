@@ -191,6 +191,11 @@ _TIDY = {
 }  # fmt: skip
 
 
+def _derived() -> Any:
+    """A field that follows from those given."""
+    return field(init=False, repr=False, compare=False)
+
+
 @dataclass(frozen=True)
 class Place:
     """A place at which physics can be missing.
@@ -198,69 +203,58 @@ class Place:
     kind: of KINDS; where: tail, head (of a span: it runs up that pulley), both, carried (both, as the belt carries it),
     upper, lower, the name of a sensor, all; sensors: names of those that show what acts there, and their points, 1 to 4
     (0: of a sensor of tilt, which shows what a change of a span does to its roll).
+
+    name, words: the place in one word, and in several; unit: of what acts there; relative: what its input is a relative
+    change of (tension, bending or torsion; empty: of nothing); points: of the sensors whose reading it is; parts: its
+    entries of the march, (channel, pulley 0 or 1), or (sensor, None); is_carried: whether the belt carries what acts
+    here from pulley to pulley; is_stretch: whether that is the stiffness of a stretch of the belt. With a size of r it
+    bends (or twists) as with -r span lengths more of belt in it; a small change of a whole span's stiffness by r would
+    give as much.
     """
 
     kind: str
     where: str = ""
     sensors: tuple[tuple[str, int], ...] = ()
+    name: str = _derived()
+    words: str = _derived()
+    unit: str = _derived()
+    relative: str = _derived()
+    points: tuple[int, ...] = _derived()
+    parts: tuple[tuple[str, int | None], ...] = _derived()
+    is_carried: bool = _derived()
+    is_stretch: bool = _derived()
 
-    @property
-    def words(self) -> str:
-        """The place in words."""
-        where = self.where
-        if self.kind == "sensor" and len(self.sensors) != 1:
-            return "readings of all sensors alike"
-        if self.kind in AT_PULLEYS:
-            where = _ALIKE[where][0] if where in _ALIKE else f"the {where} pulley"
-        elif self.kind == "pull":
-            where = f"one that runs up the {where} pulley" if where in PULLEYS else f"{where} one"
-        elif self.relative:
-            where = _ALIKE[where][1] if where in _ALIKE else f"the {where} span"
-        return KINDS[self.kind].words.format(where)
+    def __post_init__(self) -> None:
+        kind, where, known = self.kind, self.where, KINDS[self.kind]
+        is_carried = where == "carried" and kind in BY_THE_BELT
 
-    @property
-    def unit(self) -> str:
-        """Unit of what acts there."""
-        return KINDS[self.kind].unit
+        if kind in ("sensor", "travel"):
+            parts: tuple[tuple[str, int | None], ...] = tuple((name, None) for name, _ in self.sensors)
+        else:
+            at = [k for k, p in enumerate(PULLEYS) if where not in PULLEYS or where == p]
+            channel = kind if kind in AT_PULLEYS else "turn"
+            rolls = tuple((ROLLS[k], k) for k in at) if known.relative and self.sensors else ()
+            parts = tuple((f"{channel}_{PULLEYS[k]}", k) for k in at) + rolls
 
-    @property
-    def parts(self) -> tuple[tuple[str, int | None], ...]:
-        """Its entries of the march, (channel, pulley 0 or 1), or (sensor, None)."""
-        if self.kind in ("sensor", "travel"):
-            return tuple((name, None) for name, _ in self.sensors)
-        at = [k for k, p in enumerate(PULLEYS) if self.where not in PULLEYS or self.where == p]
-        rolls = tuple((ROLLS[k], k) for k in at) if self.relative and self.sensors else ()
-        kind = self.kind if self.kind in AT_PULLEYS else "turn"
-        return tuple((f"{kind}_{PULLEYS[k]}", k) for k in at) + rolls
+        what = where
+        if kind in AT_PULLEYS:
+            what = _ALIKE[where][0] if where in _ALIKE else f"the {where} pulley"
+        elif kind == "pull":
+            what = f"one that runs up the {where} pulley" if where in PULLEYS else f"{where} one"
+        elif known.relative:
+            what = _ALIKE[where][1] if where in _ALIKE else f"the {where} span"
+        alike = kind == "sensor" and len(self.sensors) != 1
 
-    @property
-    def points(self) -> tuple[int, ...]:
-        """Points of the sensors whose reading it is."""
-        return tuple(point for _, point in self.sensors) if self.kind == "sensor" else ()
-
-    @property
-    def name(self) -> str:
-        """The place in one word."""
-        return f"{self.kind}_{self.where}" if self.where else self.kind
-
-    @property
-    def is_carried(self) -> bool:
-        """Whether the belt carries what acts here from pulley to pulley."""
-        return self.where == "carried" and self.kind in BY_THE_BELT
-
-    @property
-    def is_stretch(self) -> bool:
-        """Whether it is the stiffness of a stretch of the belt.
-
-        With a size of r it bends (or twists) as with -r span lengths more of belt in it; a small change of a whole
-        span's stiffness by r would give as much.
-        """
-        return self.is_carried and bool(self.relative)
-
-    @property
-    def relative(self) -> str:
-        """What its input is a relative change of: tension, bending or torsion; empty: of nothing."""
-        return KINDS[self.kind].relative
+        vars(self).update(
+            name=f"{kind}_{where}" if where else kind,
+            words="readings of all sensors alike" if alike else known.words.format(what),
+            unit=known.unit,
+            relative=known.relative,
+            points=tuple(point for _, point in self.sensors) if kind == "sensor" else (),
+            parts=parts,
+            is_carried=is_carried,
+            is_stretch=is_carried and bool(known.relative),
+        )
 
 
 def fixed_places() -> dict[str, Place]:
@@ -276,7 +270,12 @@ def fixed_places() -> dict[str, Place]:
 @dataclass(frozen=True)
 class Form:
     """variable; shape and its knee (None: it has none); course and its numbers at and wide [m], or [s] of a timed one,
-    or in belt lengths of a section of the belt."""
+    or in belt lengths of a section of the belt.
+
+    numbers: its shape numbers by name; is_wave: whether it swings, with a size for the cosine and one for the sine;
+    is_carried: whether it goes round with the belt; since_yaw: whether its travel counts from where the yaw was set (a
+    wave runs with the belt, whenever that was); reads_belt: whether its variable depends on where the belt runs.
+    """
 
     variable: str
     shape: str = "linear"
@@ -285,31 +284,20 @@ class Form:
     at: float | None = None
     wide: float | None = None
     timed: bool = False
+    numbers: dict[str, Any] = field(init=False, repr=False, compare=False)
+    is_wave: bool = _derived()
+    is_carried: bool = _derived()
+    since_yaw: bool = _derived()
+    reads_belt: bool = _derived()
 
-    @property
-    def numbers(self) -> dict[str, Any]:
-        """Its shape numbers by name."""
-        return {n: x for n in ("knee", "at", "wide") if (x := getattr(self, n)) is not None}
-
-    @property
-    def is_wave(self) -> bool:
-        """Whether it swings, with a size for the cosine and one for the sine."""
-        return self.course.removesuffix("_sine") in ("wave", "decaying_wave")
-
-    @property
-    def is_carried(self) -> bool:
-        """Whether it goes round with the belt."""
-        return self.course == "belt_section"
-
-    @property
-    def since_yaw(self) -> bool:
-        """Whether its travel counts from where the yaw was set; a wave runs with the belt, whenever that was."""
-        return self.variable in ("beta", "yaw_set") and not self.course.startswith("wave")
-
-    @property
-    def reads_belt(self) -> bool:
-        """Whether its variable depends on where the belt runs."""
-        return self.variable not in INDEPENDENT
+    def __post_init__(self) -> None:
+        vars(self).update(
+            numbers={n: x for n in ("knee", "at", "wide") if (x := getattr(self, n)) is not None},
+            is_wave=self.course.removesuffix("_sine") in ("wave", "decaying_wave"),
+            is_carried=self.course == "belt_section",
+            since_yaw=self.variable in ("beta", "yaw_set") and not self.course.startswith("wave"),
+            reads_belt=self.variable not in INDEPENDENT,
+        )
 
     @property
     def halves(self) -> "dict[str, Form]":
@@ -328,62 +316,59 @@ class Form:
 
 @dataclass(frozen=True)
 class Term:
-    """One term of a law: size x form x (tension / reference tension)^exponent at a place."""
+    """One term of a law: size x form x (tension / reference tension)^exponent at a place.
+
+    family: place, variable, shape and course, without numbers; sizes: how many it has, two of a wave; size_unit: of
+    each; parity: odd, even or mixed, how what it adds changes with the sign of the yaw.
+    """
 
     place: Place
     form: Form
     exponent: float = 0.0
+    family: tuple[str, str, str, str] = _derived()
+    sizes: int = _derived()
+    parity: str = _derived()
+    size_unit: str = _derived()
 
-    @property
-    def family(self) -> tuple[str, str, str, str]:
-        """Place, variable, shape and course, without numbers."""
-        form = self.form
-        return self.place.name, form.variable, form.shape, form.course.removesuffix("_sine") + " in time" * form.timed
+    def __post_init__(self) -> None:
+        place, form, shape = self.place, self.form, SHAPES[self.form.shape]
 
-    @property
-    def sizes(self) -> int:
-        """How many sizes it has: two of a wave."""
-        return 2 if self.form.is_wave else 1
+        of_motion = bool(place.relative) or place.kind == "travel"  # in proportion to what moves or is bent
+        reads = form.variable not in ("none", "yaw_set", "sigma")
+        odd = shape.odd != of_motion if reads else of_motion
 
-    @property
-    def parity(self) -> str:
-        """odd, even or mixed: how what it adds changes with the sign of the yaw."""
-        if self.form.shape in ONE_SIDED:
-            return "mixed"
-        of_motion = bool(self.place.relative) or self.place.kind == "travel"  # in proportion to what moves or is bent
-        reads = self.form.variable not in ("none", "yaw_set", "sigma")
-        odd = SHAPES[self.form.shape].odd != of_motion if reads else of_motion
-        return "odd" if odd else "even"
+        variable, course = VARIABLES[form.variable][0], COURSES[form.course].per
+        course = course.replace("m", "s") if form.timed else course
+        plain = variable == "1" or form.variable == "sigma" or form.shape in ONE_SIDED
+        over = "" if plain else f"/({variable})^{shape.power}" if shape.power > 1 else f"/({variable})"
+        unit = place.unit + over + course
+        same = variable == place.unit and shape.power == 1 and not plain
 
-    @property
-    def size_unit(self) -> str:
-        """Unit of its size."""
-        variable, place = VARIABLES[self.form.variable][0], self.place.unit
-        plain = variable == "1" or self.form.variable == "sigma" or self.form.shape in ONE_SIDED
-        power, course = SHAPES[self.form.shape].power, COURSES[self.form.course].per
-        course = course.replace("m", "s") if self.form.timed else course
-        if variable == place and power == 1 and not plain:
-            return f"1{course}"
-        over = "" if plain else f"/({variable})^{power}" if power > 1 else f"/({variable})"
-        return _TIDY.get(place + over + course, place + over + course)
+        when = form.course.removesuffix("_sine") + " in time" * form.timed
+        vars(self).update(
+            family=(place.name, form.variable, form.shape, when),
+            sizes=2 if form.is_wave else 1,
+            parity="mixed" if form.shape in ONE_SIDED else "odd" if odd else "even",
+            size_unit=f"1{course}" if same else _TIDY.get(unit, unit),
+        )
 
 
 @dataclass(frozen=True)
 class Law:
-    """Terms whose sizes are free."""
+    """Terms whose sizes are free.
+
+    family: of its terms; parity: odd, even or mixed, how what the law adds changes with the sign of the yaw.
+    """
 
     terms: tuple[Term, ...]
+    family: tuple[tuple[str, str, str, str], ...] = _derived()
+    parity: str = _derived()
 
-    @property
-    def family(self) -> tuple[tuple[str, str, str, str], ...]:
-        """Places and families of forms, without numbers."""
-        return tuple(t.family for t in self.terms)
-
-    @property
-    def parity(self) -> str:
-        """odd, even or mixed: how what the law adds changes with the sign of the yaw."""
+    def __post_init__(self) -> None:
         found = {t.parity for t in self.terms}
-        return "mixed" if len(found) > 1 else found.pop()
+        vars(self).update(
+            family=tuple(t.family for t in self.terms), parity=found.pop() if len(found) == 1 else "mixed"
+        )
 
     def with_numbers(self, values: Mapping[str, float]) -> "Law":
         """The law with knees, courses and exponents of ``values``, named as the parameters of its effect."""
@@ -520,6 +505,16 @@ def law_effect(content: SizedLaw, id: str = ID) -> type[GenericLaw]:
             parameters[number_name(name, k)] = replace(declared, null=float(value) if shapes else 0.0)
             fields.append((number_name(name, k), float, field(default=float(value))))
     hooks = {KINDS[t.place.kind].hook for t in terms}
+    # pulleys have a shape for every term that acts on the march: a yaw, a taper or a crown that stays
+    acting = [t for t in terms if KINDS[t.place.kind].law != "sensor"]
+    in_scene = bool(acting) and all(
+        t.form.course == "constant"
+        and (
+            (t.place.kind in ("yaw", "turn") and t.form.variable in ("none", "sigma"))
+            or (t.place.kind == "turn" and t.form.variable == "y" and t.form.shape == "linear")
+        )
+        for t in acting
+    )
     namespace = {
         "id": id,
         "title": "A law found in data: " + ", ".join(dict.fromkeys(t.place.words for t in terms)),
@@ -530,7 +525,7 @@ def law_effect(content: SizedLaw, id: str = ID) -> type[GenericLaw]:
         "content": content,
         **{hook: _HOOKS[hook] for hook in sorted(hooks)},
         **({"influence": _influence} if "bend" in hooks else {}),
-        **({"scene": _scene} if _has_geometry(terms) else {}),
+        **({"scene": _scene} if in_scene else {}),
     }
     # JAX tells effects apart by their names (see belt_sim.case.pytree)
     name = f"GenericLaw_{hashlib.sha256(repr((id, content)).encode()).hexdigest()[:16]}"
@@ -659,19 +654,6 @@ def _sensor(self, reading, case):
                 x = (jnp.interp(high, s, y) - jnp.interp(low, s, y)) / (high - low) * case.settings.speed
             added = added.at[row].add(self.strength(k, x, reading.sensor_travel, case))
     return add(reading, y=added)
-
-
-def _has_geometry(terms: Sequence[Term]) -> bool:
-    """Whether pulleys have a shape for every term that acts on the march: a yaw, a taper or a crown that stays."""
-    acting = [t for t in terms if KINDS[t.place.kind].law != "sensor"]
-    return bool(acting) and all(
-        t.form.course == "constant"
-        and (
-            (t.place.kind in ("yaw", "turn") and t.form.variable in ("none", "sigma"))
-            or (t.place.kind == "turn" and t.form.variable == "y" and t.form.shape == "linear")
-        )
-        for t in acting
-    )
 
 
 def _scene(self, parts, case):
