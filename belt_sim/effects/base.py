@@ -19,6 +19,7 @@ from typing import Any, ClassVar, dataclass_transform
 from belt_sim.case import Case, pytree
 from belt_sim.errors import InputError
 from belt_sim.line.hooks import HOOKS, LAWS, Hooks
+from belt_sim.line.runup import add
 from belt_sim.units import shop_unit
 
 
@@ -130,6 +131,24 @@ class Effect(Hooks):
     def is_null(self) -> bool:
         """Return whether every parameter has its null value."""
         return all(float(getattr(self, n)) == p.null for n, p in self.parameters.items())
+
+
+class PartOfScene(Effect):
+    """Effects that are a part of a 3D scene, in proportion to one number, or to one of each pulley.
+
+    part: its name in ``SceneParts``, or at a pulley; of: the name of that number, or of those of tail and head.
+    """
+
+    part: ClassVar[str]
+    of: ClassVar[tuple[str, ...]]
+
+    def scene(self, parts, case):
+        numbers = [getattr(self, name) for name in self.of]
+        if len(numbers) == 1:
+            return add(parts, **{self.part: numbers[0]})
+        for pulley, number in zip(("tail", "head"), numbers, strict=True):
+            parts = parts.add_to_pulley(pulley, **{self.part: number})
+        return parts
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True)

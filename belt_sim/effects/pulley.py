@@ -6,7 +6,7 @@ from functools import reduce
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, TURN_OVER, Cause, Effect, effect, parameter
+from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, TURN_OVER, Cause, Effect, PartOfScene, effect, parameter
 from belt_sim.line.runup import add, sag_angle
 from belt_sim.line.span import solve_by_halves
 
@@ -16,7 +16,7 @@ _BULGE = "‰ of the radius 1 m from the middle"  # of R (1 - c y^2/2)
 
 
 @effect
-class Taper(Effect):
+class Taper(PartOfScene):
     """kappa_t = (dR/dy)/R turns the landing belt: dtheta_u/ds = -(kappa_u + kappa_t), towards the larger radius."""
 
     title = "Taper: a pulley that is a cone"
@@ -28,6 +28,7 @@ class Taper(Effect):
         ("tail", "head"),
         f"{CHECK_DIAMETERS} A belt that is thicker at one edge does the same on both pulleys. {TURN_OVER}",
     )
+    part, of = "taper", ("kappa_t", "kappa_t_head")
     kappa_t: float = parameter(
         "1/m", "taper of the tail pulley (+: thicker at +y)", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER
     )
@@ -37,9 +38,6 @@ class Taper(Effect):
 
     def runup(self, runup, state, case):
         return add(runup, turn=jnp.stack([self.kappa_t, self.kappa_t_head]))
-
-    def scene(self, parts, case):
-        return parts.add_to_pulley("tail", taper=self.kappa_t).add_to_pulley("head", taper=self.kappa_t_head)
 
 
 @effect
@@ -242,7 +240,7 @@ class TractionLoss(Effect):
 
 
 @effect
-class LiftOff(Effect):
+class LiftOff(PartOfScene):
     """Steel of thickness h straightens over l = sqrt(D/(sigma h)) beside the tangent point, D its plate stiffness.
 
     A fibre under more tension has a shorter layer and lies lower there. A belt with an in-plane moment M so tilts where
@@ -259,6 +257,7 @@ class LiftOff(Effect):
     reference = "plate under tension on a cylinder, any textbook; checked against shell elements on cylinders"
     parity = "odd"
     cause = Cause("the belt leaves its pulleys along a layer", ("tail", "head"), CHECK_MODEL, of_model=True)
+    part, of = "lift_off", ("strength",)
     strength: float = parameter(
         "1", "share of the bending layer that acts", plausible=(0.5, 1.5), scale=1.0, default=1.0
     )
@@ -283,9 +282,6 @@ class LiftOff(Effect):
         added = back @ (out + more)  # to the boundary values, per unit of what the pulleys give
         rows = dict(zip(("runup", "runoff", "twist_runup", "twist_runoff"), more.swapaxes(0, 1), strict=True))
         return add(answer, **rows, mid_tilt=jnp.einsum("sd,sde->se", answer.mid_tilt, added))
-
-    def scene(self, parts, case):
-        return add(parts, lift_off=self.strength)
 
 
 _ASIDE = 0.3  # of turn times zone: how far the end of a zone goes aside

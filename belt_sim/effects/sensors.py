@@ -9,13 +9,14 @@ from belt_sim.line.runup import add
 
 
 class _OfPoints(Effect):
-    """Effects with a number at each point, named by ``letter``."""
+    """Effects with a number at each point, named by ``letter``, that add so many times ``of`` to the readings."""
 
     letter: ClassVar[str]
+    of: ClassVar[str] = ""  # a field of the readings; empty: one
 
-    def _numbers(self):
-        """Return the numbers at points 1-4, shape (4, 1)."""
-        return jnp.stack([getattr(self, f"{self.letter}{k}") for k in range(1, 5)])[:, None]
+    def sensor(self, reading, case):
+        numbers = jnp.stack([getattr(self, f"{self.letter}{k}") for k in range(1, 5)])[:, None]
+        return add(reading, y=numbers * getattr(reading, self.of) if self.of else numbers)
 
 
 def _of_points(letter: str, unit: str, words: str, **more):
@@ -40,10 +41,7 @@ class SensorGain(_GAINS):  # type: ignore[misc, valid-type]
     cause = Cause(
         "an edge sensor shows the wrong scale", ("sensors",), "Move a target by a gauge block in front of the sensor."
     )
-    letter = "g"
-
-    def sensor(self, reading, case):
-        return add(reading, y=self._numbers() * reading.y)
+    letter, of = "g", "y"
 
 
 @effect
@@ -61,9 +59,6 @@ class SensorOffset(_OFFSETS):  # type: ignore[misc, valid-type]
     )
     letter = "c"
 
-    def sensor(self, reading, case):
-        return add(reading, y=self._numbers())
-
 
 @effect
 class SensorDrift(_DRIFTS):  # type: ignore[misc, valid-type]
@@ -78,10 +73,7 @@ class SensorDrift(_DRIFTS):  # type: ignore[misc, valid-type]
     cause = Cause(
         "an edge sensor drifts with time", ("sensors",), "Read the sensor against a fixed edge before and after a run."
     )
-    letter = "d"
-
-    def sensor(self, reading, case):
-        return add(reading, y=self._numbers() * reading.time)
+    letter, of = "d", "time"
 
 
 @effect

@@ -6,17 +6,11 @@ from typing import Any, ClassVar
 import jax
 import jax.numpy as jnp
 
-from belt_sim.case import Case
-from belt_sim.effects.base import CHECK_MODEL, METRES, Cause, Effect, effect, parameter
+from belt_sim.effects.base import CHECK_MODEL, METRES, Cause, Effect, PartOfScene, effect, parameter
 from belt_sim.line.influence import (
     add_load,
-    couple_at,
-    force_at,
-    on_upper_span,
-    share_from_runoff,
+    load_response,
     span_fields,
-    spread_force,
-    spread_roll,
     supports,
 )
 from belt_sim.line.runup import FRICTION, add
@@ -69,7 +63,7 @@ class Shear(Effect):
 
 
 @effect
-class Flatness(Effect):
+class Flatness(PartOfScene):
     """The strip has the residual stress amplitude (1 - 12 y^2/b^2) across its width: a parabola without resultant.
 
     amplitude > 0: long edges, which are pressed; amplitude < 0: a long middle. The stress at rest works on the twist
@@ -89,6 +83,7 @@ class Flatness(Effect):
         ("upper", "lower"),
         "Slacken the belt and look for wavy edges or a loose middle.",
     )
+    part, of = "residual", ("amplitude",)
     amplitude: float = parameter("Pa", "residual stress in the middle of the width", plausible=(-2e7, 2e7), scale=3e6)
 
     def span(self, span, case):
@@ -96,12 +91,9 @@ class Flatness(Effect):
         change = -jnp.minimum(0.8 * self.amplitude, case.settings.tension)
         return add(span, torsion=belt.width**3 * belt.thickness / 12.0 * change)
 
-    def scene(self, parts, case):
-        return add(parts, residual=self.amplitude)
-
 
 @effect
-class MachineTilt(Effect):
+class MachineTilt(PartOfScene):
     """The share ``angle`` of the belt's weight pulls both spans sideways: a side load q angle per metre towards +y.
 
     The spans bow towards the lower side and climb there on both pulleys alike: strongest when slack, at most as a rope
@@ -119,16 +111,14 @@ class MachineTilt(Effect):
         ("upper", "lower"),
         "Put a level across the frame, at the head and at the tail.",
     )
+    part, of = "lean", ("angle",)
     angle: float = parameter("rad", "lean of the machine towards +y", plausible=(-0.05, 0.05), scale=1e-3)
 
     def influence(self, span, case):
-        return spread_force(span, span_fields(span))
+        return load_response(span, "spread_force", span_fields(span))
 
     def bend(self, bend, boundary, known, case):
         return add_load(bend, known, jnp.full(2, self.angle * case.weight_per_length))
-
-    def scene(self, parts, case):
-        return add(parts, lean=self.angle)
 
 
 _PLACE: Any = parameter(
@@ -143,13 +133,39 @@ _PLACE: Any = parameter(
 
 
 class _OnOneSpan(Effect):
-    """A load on one span: the upper one, or with ``side`` -1 the lower one, along which the belt runs the other way."""
+    """A load on one span: the upper one, or with ``side`` -1 the lower one, along which the belt runs the other way.
+
+    load: its kind, of ``load_response``; of: the name of its number; sign: of the load that this is.
+    """
 
     side: ClassVar[float] = 1.0
+    load: ClassVar[str]
+    of: ClassVar[str]
+    sign: ClassVar[float] = 1.0
 
-    def _direction(self, case: Case):
-        """Return the direction of travel along the machine on this span (+1, -1)."""
-        return self.side * case.settings.direction
+    def influence(self, span, case):
+        share = getattr(self, "place", None)  # counts from the head pulley
+        if share is not None:
+            share = jnp.where(self.side * case.settings.direction > 0, share, 1.0 - share)  # from the run-off
+        return load_response(span, self.load, span_fields(span), share)
+
+    def bend(self, bend, boundary, known, case):
+        load = self.sign * getattr(self, self.of)
+        load = load * case.settings.direction if self.load == "force" else load
+        none, forward = jnp.zeros_like(load), self.side * case.settings.direction > 0
+        # the upper span runs up the tail pulley, on reversed travel up the head pulley
+        loads = jnp.where(forward, jnp.stack([load, none]), jnp.stack([none, load]))
+        return add_load(bend, known, loads)
+
+    def scene(self, parts, case):
+        forward, load = float(case.settings.direction), self.sign * getattr(self, self.of)
+        if self.load == "spread_roll":
+            return add(parts, **{"roll" if self.side > 0 else "roll_lower": load})
+        span, x = "upper" if self.side > 0 else "lower", self.place * float(case.rig.centre_distance)
+        if self.load == "force":
+            return parts.with_push(span=span, x=x, across=load * forward)
+        direction, drag = self.side * forward, 2.0 * abs(load) / float(case.belt.width)
+        return parts.with_push(span=span, x=x, along=-direction * drag, couple=direction * load)
 
 
 @effect
@@ -169,18 +185,9 @@ class IdlerSkew(_OnOneSpan):
         ("upper",),
         "Measure the rollers' angles, or lower them away for one run.",
     )
+    load, of = "force", "force"
     force: float = parameter("N", "side force on the span, forward travel", plausible=(-50.0, 50.0), scale=0.1)
     place: float = _PLACE
-
-    def influence(self, span, case):
-        return force_at(span, share_from_runoff(self.place, self._direction(case)), span_fields(span))
-
-    def bend(self, bend, boundary, known, case):
-        return add_load(bend, known, on_upper_span(self.force * case.settings.direction, self._direction(case)))
-
-    def scene(self, parts, case):
-        across, x = self.force * float(case.settings.direction), self.place * float(case.rig.centre_distance)
-        return parts.with_push(span="upper" if self.side > 0 else "lower", x=x, across=across)
 
 
 @effect
@@ -201,21 +208,11 @@ class SideDrag(_OnOneSpan):
         ("upper",),
         "Look for rub marks on one edge, and lift the scraper for one run.",
     )
+    load, of = "couple", "moment"
     moment: float = parameter(
         "N m", "couple of a drag at the edge y > 0 of the span", plausible=(-50.0, 50.0), scale=0.2
     )
     place: float = _PLACE
-
-    def influence(self, span, case):
-        return couple_at(span, share_from_runoff(self.place, self._direction(case)), span_fields(span))
-
-    def bend(self, bend, boundary, known, case):
-        return add_load(bend, known, on_upper_span(self.moment, self._direction(case)))
-
-    def scene(self, parts, case):
-        direction, drag = float(self._direction(case)), 2.0 * abs(self.moment) / float(case.belt.width)
-        span, x = "upper" if self.side > 0 else "lower", self.place * float(case.rig.centre_distance)
-        return parts.with_push(span=span, x=x, along=-direction * drag, couple=direction * self.moment)
 
 
 @effect
@@ -232,6 +229,7 @@ class OffCentreLoad(_OnOneSpan):
     parity = "even"
     needs = frozenset({"sag"})
     cause = Cause("the load on the upper span lies off centre", ("upper",), "Centre the load, or run the belt empty.")
+    load, of, sign = "spread_roll", "moment", -1.0
     moment: float = parameter(
         "N",
         "couple per metre of the span, side y > 0 loaded",
@@ -239,15 +237,6 @@ class OffCentreLoad(_OnOneSpan):
         scale=5e-3,
         shop=(1.0, "N m per m"),
     )
-
-    def influence(self, span, case):
-        return spread_roll(span, span_fields(span))
-
-    def bend(self, bend, boundary, known, case):
-        return add_load(bend, known, on_upper_span(-self.moment, self._direction(case)))
-
-    def scene(self, parts, case):
-        return add(parts, **{"roll" if self.side > 0 else "roll_lower": -self.moment})
 
 
 def _below(above: type[_OnOneSpan]) -> type[_OnOneSpan]:

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Schedule
-from belt_sim.effects.base import CHECK_MODEL, PERCENT, Cause, Effect, effect, parameter
+from belt_sim.effects.base import CHECK_MODEL, PERCENT, Cause, Effect, PartOfScene, effect, parameter
 from belt_sim.line.runup import add
 
 
@@ -135,7 +135,7 @@ class UnequalTension(Effect):
 
 
 @effect
-class Cant(Effect):
+class Cant(PartOfScene):
     """An axis raised by gamma towards +y moves the belt along the wrap, y + gamma z = const, by 2 R gamma.
 
     It rolls the ends of both spans by gamma, and where they sag and meet the pulley psi before its top it also turns
@@ -154,6 +154,7 @@ class Cant(Effect):
         ("tail", "head"),
         "Put a machinist's level on the shaft of the {pulley} pulley.",
     )
+    part, of = "cant", ("gamma", "gamma_head")
     gamma: float = parameter("rad", "cant of the tail pulley (+: higher at +y)", plausible=(-5e-3, 5e-3), scale=2e-4)
     gamma_head: float = parameter(
         "rad", "cant of the head pulley (+: higher at +y)", plausible=(-5e-3, 5e-3), scale=2e-4
@@ -170,9 +171,6 @@ class Cant(Effect):
         lean, roll = jnp.sin(state.sag_angle), jnp.stack([self.gamma, self.gamma_head])
         turned = {"tail": -self.gamma * lean, "head": self.gamma_head * lean}
         return add(yaw, **turned, roll_runup=roll, roll_runoff=roll[::-1])
-
-    def scene(self, parts, case):
-        return parts.add_to_pulley("tail", cant=self.gamma).add_to_pulley("head", cant=self.gamma_head)
 
 
 _RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # half a radian of phase apart after thirty turns

@@ -284,49 +284,31 @@ def _place_row(span: Span, pieces):
     return jnp.stack([held[1, 0] / span.length, held[0, 1], held[1, 1], held[0, 2] / roll, held[1, 2] / roll])
 
 
-def force_at(span: Span, share, fields: SpanFields) -> LoadResponse:
-    """Return the response to one newton towards +y at ``share`` (0..1) of the length from the run-off."""
-    return _load_response(span, _interpolate(fields, fields.place, fields.slope, share), share)
+def load_response(span: Span, kind: str, fields: SpanFields, share=None) -> LoadResponse:
+    """Return the response to a unit load, by Betti's theorem: its work on the shapes of ``SpanFields``.
 
-
-def couple_at(span: Span, share, fields: SpanFields) -> LoadResponse:
-    """Return the response to a couple of 1 N m that turns x (along the travel) towards y, at ``share``."""
-    curved = jnp.stack([fields.per_runup, fields.per_runoff, fields.per_couple])
-    work = _interpolate(fields, fields.angle, curved - span.sag_curvature * fields.roll, share)
-    return _load_response(span, work, 1.0 / span.length)
-
-
-def spread_force(span: Span, fields: SpanFields) -> LoadResponse:
-    """Return the response to one newton per metre towards +y along the whole span."""
-    return _load_response(span, integral(fields.place, span), 0.5 * span.length)
-
-
-def spread_roll(span: Span, fields: SpanFields) -> LoadResponse:
-    """Return the response to a rolling couple of 1 N m/m that raises the side y > 0 along the whole span."""
-    return _load_response(span, integral(fields.roll, span), 0.0)
+    kind: force, of 1 N towards +y at ``share`` (0..1) of the length from the run-off; couple, of 1 N m that turns x
+    (along the travel) towards y there; spread_force, of 1 N/m towards +y along the whole span; spread_roll, a rolling
+    couple of 1 N m/m along it that raises the side y > 0.
+    """
+    if kind == "force":
+        work, side_force = _interpolate(fields, fields.place, fields.slope, share), share
+    elif kind == "couple":
+        curved = jnp.stack([fields.per_runup, fields.per_runoff, fields.per_couple])
+        work = _interpolate(fields, fields.angle, curved - span.sag_curvature * fields.roll, share)
+        side_force = 1.0 / span.length
+    elif kind == "spread_force":
+        work, side_force = integral(fields.place, span), 0.5 * span.length
+    else:
+        work, side_force = integral(fields.roll, span), 0.0
+    runup, runoff = -work[0] / span.bending, work[1] / span.bending
+    return LoadResponse(runup=runup, runoff=runoff, tilt=work[2], side_force=side_force)
 
 
 def add_load(bend: Bend, unit: LoadResponse, loads) -> Bend:
     """Return ``bend`` plus loads (2,) on the two spans, ``unit`` being the response to a unit load."""
     names = ("runup", "runoff", "tilt", "side_force")
     return add(bend, **{name: loads * getattr(unit, name) for name in names})
-
-
-def on_upper_span(load, direction):
-    """Return a load on the upper span as (2,): it runs up the tail pulley, on reversed travel up the head pulley."""
-    none = jnp.zeros_like(load)
-    return jnp.where(direction > 0, jnp.stack([load, none]), jnp.stack([none, load]))
-
-
-def share_from_runoff(place, direction):
-    """Return the share of the upper span's length from its run-off; ``place`` counts from the head pulley."""
-    return jnp.where(direction > 0, place, 1.0 - place)
-
-
-def _load_response(span: Span, work, side_force) -> LoadResponse:
-    """Apply Betti's theorem; work (3,): of the load on the shapes of ``SpanFields``; side_force: by statics."""
-    runup, runoff = -work[0] / span.bending, work[1] / span.bending
-    return LoadResponse(runup=runup, runoff=runoff, tilt=work[2], side_force=side_force)
 
 
 def _interpolate(fields: SpanFields, values, slopes, share):

@@ -11,7 +11,7 @@ from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.span import IdlerSkew, MachineTilt, OffCentreLoad, Shear, SideDrag
 from belt_sim.errors import CannotRepresent
-from belt_sim.line.influence import couple_at, force_at, span_fields, spread_force, spread_roll
+from belt_sim.line.influence import load_response, span_fields
 from belt_sim.line.march import march_case
 from belt_sim.line.span import beam_first_order, beam_second_order, response, sag_softening, strip
 from belt_sim.model import analytic_model
@@ -44,8 +44,8 @@ def test_a_force_and_a_couple_at_a_place_do_what_elements_say(law, tension, shar
     span = law(paper_case(tension))
     elements, fields = LoadedStrip.of(span), span_fields(span)
     x = share * elements.length
-    agree(force_at(span, share, fields), elements.held(elements.point_work(x, force=1.0)))
-    agree(couple_at(span, share, fields), elements.held(elements.point_work(x, couple=1.0)))
+    agree(load_response(span, "force", fields, share), elements.held(elements.point_work(x, force=1.0)))
+    agree(load_response(span, "couple", fields, share), elements.held(elements.point_work(x, couple=1.0)))
 
 
 @pytest.mark.evidence("off_centre_load", route="elements", what="spread rolling couple on a span, {ELEMENTS}")
@@ -54,8 +54,8 @@ def test_a_force_and_a_couple_at_a_place_do_what_elements_say(law, tension, shar
 def test_spread_loads_do_what_elements_say(law, tension):
     span = law(paper_case(tension))
     elements, fields = LoadedStrip.of(span), span_fields(span)
-    agree(spread_force(span, fields), elements.held(elements.spread_work(force=1.0)))
-    agree(spread_roll(span, fields), elements.held(elements.spread_work(roll=1.0)))
+    agree(load_response(span, "spread_force", fields), elements.held(elements.spread_work(force=1.0)))
+    agree(load_response(span, "spread_roll", fields), elements.held(elements.spread_work(roll=1.0)))
 
 
 @pytest.mark.evidence("side_drag", route="formula", what="end moments, textbook, {FIELDS}")
@@ -65,12 +65,12 @@ def test_a_stiff_beam_bears_loads_like_the_textbook(share):
     span = beam_first_order(paper_case(40))
     fields, length, bending = span_fields(span), float(span.length), float(span.bending)
     a, b = share, 1.0 - share
-    wanted = {force_at: (a * a * b * length, a * b * b * length), couple_at: (-a * (3 * a - 2), b * (3 * b - 2))}
+    wanted = {"force": (a * a * b * length, a * b * b * length), "couple": (-a * (3 * a - 2), b * (3 * b - 2))}
     for load, (runup, runoff) in wanted.items():
-        push = load(span, share, fields)
+        push = load_response(span, load, fields, share)
         assert bending * push.runup == pytest.approx(runup, rel=FIELDS)
         assert bending * push.runoff == pytest.approx(runoff, rel=FIELDS)
-    even = spread_force(span, fields)
+    even = load_response(span, "spread_force", fields)
     assert bending * even.runup == pytest.approx(length**2 / 12, rel=FIELDS)
     assert bending * even.runoff == pytest.approx(length**2 / 12, rel=FIELDS)
 
@@ -88,7 +88,7 @@ def test_a_sheared_beam_bears_ends_and_loads_like_the_textbook(share):
     near, far = (4 + ratio) / (1 + ratio), (2 - ratio) / (1 + ratio)
     np.testing.assert_allclose(answer.runup[1:3] * length, [far, near], rtol=FIELDS)
     np.testing.assert_allclose(answer.runup[0] * length**2, -6 / (1 + ratio), rtol=FIELDS)
-    force, couple = force_at(span, share, fields), couple_at(span, share, fields)
+    force, couple = load_response(span, "force", fields, share), load_response(span, "couple", fields, share)
     side_force = bending * (couple.runup - couple.runoff) / length + couple.side_force
     assert side_force == pytest.approx(6 * a * b / (1 + ratio) / length, rel=FIELDS)
     differ = bending * (force.runup - force.runoff) / length
@@ -106,7 +106,7 @@ def test_a_tilted_machine_is_a_level_one_with_canted_ends(tension):
     ends = np.array([0.0, -leaning, leaning, rolled, rolled])
     answer = response(span)
     side_load = lean * float(case.weight_per_length)
-    push = spread_force(span, span_fields(span))
+    push = load_response(span, "spread_force", span_fields(span))
     assert side_load * push.runup == pytest.approx(float(answer.runup @ ends), rel=FIELDS)
     assert side_load * push.runoff == pytest.approx(float(answer.runoff @ ends), rel=FIELDS)
     assert side_load * push.tilt == pytest.approx(float(answer.mid_tilt @ ends) + lean, rel=1e-4, abs=1e-9)
