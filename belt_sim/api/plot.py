@@ -16,7 +16,7 @@ import numpy as np
 
 from belt_sim.api.simulate import effects_of, models
 from belt_sim.campaign import Campaign
-from belt_sim.effects.base import library, short_title
+from belt_sim.effects.base import library, title_of
 from belt_sim.effects.load import save_effects
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import write_json, write_text
@@ -180,7 +180,7 @@ def _compared_words(result: "Comparison | Diagnosis") -> tuple[str, dict[str, st
         spoken = []
         for e in result.effects:  # in a few words, with the id; the id alone where it is one of the user's own
             cls = library().get(e.id)
-            words = e.id if cls is None else short_title(cls)
+            words = e.id if cls is None else title_of(cls).partition(":")[0]
             spoken.append(f"{words} ({e.id})" if words.lower() != e.id else words)
         added = ", ".join(words[:1].lower() + words[1:] for words in spoken)
     base = _model_words(result.base_model)

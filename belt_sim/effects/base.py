@@ -189,11 +189,6 @@ def title_of(cls: type[Effect]) -> str:
     return cls.title or lines[0].rstrip(".")
 
 
-def short_title(cls: type[Effect]) -> str:
-    """Return the name of an effect in words: its title up to the colon that an explanation follows."""
-    return title_of(cls).partition(":")[0]
-
-
 def effects_in(module) -> dict[str, type[Effect]]:
     """Return the effect classes that a module itself defines, by id."""
     classes = [v for v in vars(module).values() if isinstance(v, type) and issubclass(v, Effect)]

@@ -1,6 +1,7 @@
 """Shape of the belt: camber, an edge that is not straight, a weld."""
 
 from dataclasses import replace
+from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
@@ -78,7 +79,18 @@ def add_natural(bend, added, natural):
 
 
 class _EvenlyCurved(Effect):
-    """A belt of the same natural curvature all along: what ``curvature(case)`` says [1/m]."""
+    """A belt of the same natural curvature all along, which is its number ``of``, or as that makes one edge longer.
+
+    stretch: of the edge y > 0 against the other per unit of the number.
+    """
+
+    of: ClassVar[str]
+    stretch: ClassVar[float] = 0.0
+
+    def curvature(self, case):
+        """Return kappa_c [1/m]."""
+        number = getattr(self, self.of)
+        return -self.stretch * number / case.belt.width if self.stretch else number
 
     def influence(self, span, case):
         """Added at the run-up, the run-off [1/m] and to the tilt [rad], shape (3,), by a natural curvature of 1 1/m."""
@@ -113,15 +125,10 @@ class Camber(_EvenlyCurved):
         "Stretch a string along one edge of a free length of belt and measure the bow. A belt that is warmer at one "
         f"edge does the same: feel both edges. {TURN_OVER}",
     )
+    of = "kappa_c"
     kappa_c: float = parameter(
         "1/m", "natural curvature", plausible=(-1e-3, 1e-3), scale=2e-5, shop=(12.5e3, "mm of bow over 10 m")
     )
-
-    def curvature(self, case):
-        return self.kappa_c
-
-
-EXPANSION = 1.2e-5  # [1/K] of steel
 
 
 @effect
@@ -140,10 +147,8 @@ class TemperatureDifference(_EvenlyCurved):
         ("upper", "lower"),
         f"Measure the temperature at both edges while the belt runs. {TURN_OVER}",
     )
+    of, stretch = "difference", 1.2e-5  # [1/K] of steel
     difference: float = parameter("K", "temperature at +y less that at -y", plausible=(-15.0, 15.0), scale=0.3)
-
-    def curvature(self, case):
-        return -EXPANSION * self.difference / case.belt.width
 
 
 _PLACES = 512  # of the weld's middle, from where it enters a span to where it has left it

@@ -588,11 +588,23 @@ def _influence(self, span, case):
 
 
 def _bend(self, bend, boundary, known, case):
-    answer, changes, stretches = known
+    (answer, changes, stretches), rig, direction = known, case.rig, case.settings.direction
     shares: dict[str, Any] = {}
     for k, t in self.terms(*RELATIVE):
         if t.place.is_stretch:
-            bend = _bend_stretch(self, k, bend, boundary, stretches[t.place.relative], case)
+            size, at, wide = (self.number(n, k) for n in ("size", "at", "wide"))
+            found, part = stretches[t.place.relative], _belt_part(case, boundary.travel)
+            jump = -size * self.tension_factor(k, case) * rig.span_length
+            lies = stretch_ends(rig.span_length, rig.belt_length, (at - part) * direction, wide)
+            per_end, more = stretch_adds(found, jump, wide * rig.belt_length, lies)
+            added = jnp.einsum("ais,is->as", per_end, boundary.ends[:3])
+            own = [0.0, 0.0]
+            if found.ends is not None:
+                leaves = part - direction * rig.span_length / rig.belt_length  # the part at the run-off
+                here = (COURSES["belt_section"].value(place, at, wide, jnp) for place in (part, leaves))
+                ends = zip(here, found.ends @ boundary.ends[:3] + added[:2], strict=True)
+                own = [more * inside * elastic for inside, elastic in ends]
+            bend = add_natural(bend, added, own)
             continue
         x = None
         if t.form.variable == "y":
@@ -618,22 +630,6 @@ def _bend(self, bend, boundary, known, case):
         if kind == "tension":
             bend = add(bend, tension=share)
     return bend
-
-
-def _bend_stretch(self, k: int, bend, boundary, response, case):
-    """Add what the k-th term, the stiffness of a stretch of the belt, does to both spans."""
-    size, at, wide = (self.number(n, k) for n in ("size", "at", "wide"))
-    rig, direction = case.rig, case.settings.direction
-    jump, part = -size * self.tension_factor(k, case) * rig.span_length, _belt_part(case, boundary.travel)
-    lies = stretch_ends(rig.span_length, rig.belt_length, (at - part) * direction, wide)
-    per_end, more = stretch_adds(response, jump, wide * rig.belt_length, lies)
-    added = jnp.einsum("ais,is->as", per_end, boundary.ends[:3])
-    if response.ends is None:
-        return add_natural(bend, added, (0.0, 0.0))
-    leaves = part - direction * rig.span_length / rig.belt_length  # the part at the run-off
-    here = (COURSES["belt_section"].value(place, at, wide, jnp) for place in (part, leaves))
-    ends = zip(here, response.ends @ boundary.ends[:3] + added[:2], strict=True)
-    return add_natural(bend, added, [more * inside * elastic for inside, elastic in ends])
 
 
 def _encoder(self, travel, case):

@@ -53,13 +53,10 @@ class Shear(Effect):
     )
 
     def span(self, span, case):
-        return add(span, shear=self._angle_per_force(case))
+        return add(span, shear=self.coefficient / (case.belt.shear_modulus * case.belt.area))
 
     def runup(self, runup, state, case):
-        return add(runup, drift=self._angle_per_force(case) * state.side_force)
-
-    def _angle_per_force(self, case):
-        return self.coefficient / (case.belt.shear_modulus * case.belt.area)
+        return add(runup, drift=self.coefficient / (case.belt.shear_modulus * case.belt.area) * state.side_force)
 
 
 @effect
@@ -302,14 +299,11 @@ class EdgeGuide(Effect):
 
     def influence(self, span, case):
         fields = span_fields(span)
-        share = self._from_tail(span.length) / span.length
+        share = jnp.clip(self.at, _NEAREST, span.length - _NEAREST) / span.length
         near_runoff, near_runup = supports(span, share, fields)
         known = jax.tree.map(lambda *of_spans: jnp.stack(of_spans), near_runup, near_runoff)
         whole = jnp.pi * FRICTION * case.tension_force
         return known, jnp.minimum(whole, 0.25 * whole * case.belt.width / (span.bending * jnp.abs(known.runoff)))
-
-    def _from_tail(self, length):
-        return jnp.clip(self.at, _NEAREST, length - _NEAREST)
 
     def bend(self, bend, boundary, known, case):
         unit, grip = known
@@ -335,7 +329,7 @@ class EdgeGuide(Effect):
         return (push, grip) if forward else (push[::-1], grip[::-1])
 
     def scene(self, parts, case):
-        x = float(case.rig.centre_distance) - float(self._from_tail(case.rig.span_length))
+        x = float(case.rig.centre_distance) - float(jnp.clip(self.at, _NEAREST, case.rig.span_length - _NEAREST))
         for span, stiffness in (("upper", self.stiffness), ("lower", self.stiffness_lower)):
             if stiffness > 0.0:
                 for side in (1.0, -1.0):

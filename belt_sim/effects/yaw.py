@@ -13,8 +13,25 @@ from belt_sim.effects.base import CHECK_MODEL, PERCENT, Cause, Effect, PartOfSce
 from belt_sim.line.runup import add
 
 
+class _YawError(Effect):
+    """The yaw of a pulley is off by its number ``of``, times the belt's force where that is per newton."""
+
+    pulley: ClassVar[str] = "tail"
+    of: ClassVar[str] = "beta_0"
+    per_force: ClassVar[bool] = False
+
+    def yaw(self, yaw, state, case):
+        error = getattr(self, self.of)
+        return add(yaw, **{self.pulley: error * case.tension_force if self.per_force else error})
+
+    def scene(self, parts, case):
+        error = getattr(self, self.of)
+        error = error * float(case.tension_force) if self.per_force else error
+        return parts.add_to_pulley(self.pulley, yaw_offset=error)
+
+
 @effect
-class YawOffsetTail(Effect):
+class YawOffsetTail(_YawError):
     """The yaw of the tail pulley is beta + beta_0: the lines w(beta) of all tensions cross at -beta_0."""
 
     title = "Zero error of the tail pulley's yaw"
@@ -27,14 +44,7 @@ class YawOffsetTail(Effect):
         ("tail",),
         "Measure the axes' distance at both sides, and set the steering's zero.",
     )
-    pulley: ClassVar[str] = "tail"
     beta_0: float = parameter("rad", "yaw at command zero (+: as a positive yaw)", plausible=(-2e-3, 2e-3), scale=1e-4)
-
-    def yaw(self, yaw, state, case):
-        return add(yaw, **{self.pulley: self.beta_0})
-
-    def scene(self, parts, case):
-        return parts.add_to_pulley(self.pulley, yaw_offset=self.beta_0)
 
 
 @effect
@@ -107,7 +117,7 @@ class YawCompliance(Effect):
 
 
 @effect
-class UnequalTension(Effect):
+class UnequalTension(_YawError):
     """The tail pulley is turned by what its tensioners give way unequally: yaw = commanded + yaw_per_force F.
 
     At one tension it is a zero error of the yaw (yaw_offset_tail); two tensions tell them apart.
@@ -123,15 +133,10 @@ class UnequalTension(Effect):
         ("tensioner",),
         "Compare both tensioners' pressures or strokes, and free a guide that sticks.",
     )
+    of, per_force = "yaw_per_force", True
     yaw_per_force: float = parameter(
         "rad/N", "yaw of the tail per unit of belt force", plausible=(-2e-6, 2e-6), scale=1e-7
     )
-
-    def yaw(self, yaw, state, case):
-        return add(yaw, tail=self.yaw_per_force * case.tension_force)
-
-    def scene(self, parts, case):
-        return parts.add_to_pulley("tail", yaw_offset=self.yaw_per_force * float(case.tension_force))
 
 
 @effect
@@ -200,13 +205,8 @@ def cos_sin(angle):
     return jax.lax.optimization_barrier((jnp.where(over, -first, first), jnp.where(back, -second, second)))
 
 
-def _part(meaning):
-    return parameter("rad", meaning, plausible=(-2e-3, 2e-3), scale=1e-4)
-
-
-def _radius(pulley):
-    meaning = f"relative error of the stated radius of the {pulley} pulley"
-    return parameter("1", meaning, plausible=(-0.01, 0.01), scale=1e-3, modifier=True, grid=_RADII, shop=PERCENT)
+_ASKEW: Any = {"plausible": (-2e-3, 2e-3), "scale": 1e-4}
+_RADIUS: Any = {"plausible": (-0.01, 0.01), "scale": 1e-3, "modifier": True, "grid": _RADII, "shop": PERCENT}
 
 
 @effect
@@ -232,12 +232,12 @@ class Wobble(Effect):
         ("tail", "head"),
         "Turn the {pulley} pulley by hand and read a dial gauge at both sides.",
     )
-    beta_cos: float = _part("askew: yaw of the tail pulley's surface at travel 0")
-    beta_sin: float = _part("the same a quarter of a turn later")
-    beta_cos_head: float = _part("askew: yaw of the head pulley's surface at travel 0")
-    beta_sin_head: float = _part("the same a quarter of a turn later, head pulley")
-    radius_error: float = _radius("tail")
-    radius_error_head: float = _radius("head")
+    beta_cos: float = parameter("rad", "askew: yaw of the tail pulley's surface at travel 0", **_ASKEW)
+    beta_sin: float = parameter("rad", "the same a quarter of a turn later", **_ASKEW)
+    beta_cos_head: float = parameter("rad", "askew: yaw of the head pulley's surface at travel 0", **_ASKEW)
+    beta_sin_head: float = parameter("rad", "the same a quarter of a turn later, head pulley", **_ASKEW)
+    radius_error: float = parameter("1", "relative error of the stated radius of the tail pulley", **_RADIUS)
+    radius_error_head: float = parameter("1", "relative error of the stated radius of the head pulley", **_RADIUS)
 
     def waves(self, case):
         radii = {"tail_radius": float(case.rig.tail_radius), "head_radius": float(case.rig.head_radius)}
