@@ -227,13 +227,12 @@ def as_driven(case: Case, effects: Sequence[Hooks]) -> Case:
         case = replace(case, settings=call_hook(e, "settings", case.settings, case))
     if not uses(effects, "encoder"):
         return case
-
-    def against_belt(schedule: Schedule) -> Schedule:
+    turned = {}
+    for name in ("yaw", "yaw_head"):
+        schedule: Schedule = getattr(case.settings, name)
         at, end = (true_travel(effects, case, x) for x in (schedule.at, schedule.at + schedule.over))
-        return replace(schedule, at=at, over=end - at)
-
-    yaw, head = map(against_belt, (case.settings.yaw, case.settings.yaw_head))
-    return replace(case, settings=replace(case.settings, yaw=yaw, yaw_head=head))
+        turned[name] = replace(schedule, at=at, over=end - at)
+    return replace(case, settings=replace(case.settings, **turned))
 
 
 def true_travel(effects: Sequence[Hooks], case: Case, travel):

@@ -13,7 +13,7 @@ EI kappa_c k_m; k_u, k_o, k_m are the curvatures at x per unit of those angles a
 flat span changes no curvature, as k_u and k_o integrate to 1 and -1. In a hanging span k_u integrates to less.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 
 import jax
@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import pytree
-from belt_sim.line.runup import add
+from belt_sim.line.runup import NONE, add
 from belt_sim.line.span import Span, condense, dimensionless, inverse
 
 
@@ -35,13 +35,13 @@ class Bend:
     tension: what is added to the span's own, as a share.
     """
 
-    runup: jnp.ndarray
-    runoff: jnp.ndarray
-    natural_runup: jnp.ndarray
-    natural_runoff: jnp.ndarray
-    tilt: jnp.ndarray
-    side_force: jnp.ndarray
-    tension: jnp.ndarray
+    runup: jnp.ndarray = field(default_factory=NONE)
+    runoff: jnp.ndarray = field(default_factory=NONE)
+    natural_runup: jnp.ndarray = field(default_factory=NONE)
+    natural_runoff: jnp.ndarray = field(default_factory=NONE)
+    tilt: jnp.ndarray = field(default_factory=NONE)
+    side_force: jnp.ndarray = field(default_factory=NONE)
+    tension: jnp.ndarray = field(default_factory=NONE)
 
 
 @pytree
@@ -116,13 +116,6 @@ class Support(LoadResponse):
 
     place: jnp.ndarray
     give: jnp.ndarray
-
-
-def no_bend() -> Bend:
-    """Return spans without loads and natural curvature."""
-    zero = jnp.zeros(2)
-    names = ("runup", "runoff", "natural_runup", "natural_runoff", "tilt", "side_force", "tension")
-    return Bend(**dict.fromkeys(names, zero))
 
 
 @jax.jit
@@ -240,25 +233,23 @@ def interpolate_rows(x, rows, where, xp=jnp):
 
 def supports(span: Span, share, fields: SpanFields) -> tuple[Support, Support]:
     """Return the responses to a side force at ``share`` (0..1) of the length from the run-off, and from the run-up."""
-    numbers, *_ = dimensionless(span)
+    numbers, _, scale = dimensionless(span)
     short, long = (condense(numbers, part)[-1] for part in (share, 1.0 - share))
-    return _support(span, share, (short, long), fields), _support(span, 1.0 - share, (long, short), fields)
-
-
-def _support(span: Span, share, pieces, fields: SpanFields) -> Support:
-    """Return the response to a load between two pieces, which share y, theta, phi; EI kappa' jumps by the load."""
-    *_, scale = dimensionless(span)
-    ((_, q0), (_, s0)), ((p1, _), (r1, _)) = pieces
-    meet = inverse(s0 - p1)
-    pushed = -meet[:, 1] * span.length**2 / (span.bending * scale)
-    return Support(
-        place=_place_row(span, pieces),
-        give=pushed[0] * span.length,
-        runup=(r1 @ pushed)[0] / span.length,
-        runoff=(q0 @ pushed)[0] / span.length,
-        tilt=jnp.interp(share * span.length, fields.x, fields.place[2]),
-        side_force=share,
-    )
+    found = []
+    for part, pieces in ((share, (short, long)), (1.0 - share, (long, short))):
+        # two pieces share y, theta, phi where they meet; EI kappa' jumps by the load
+        ((_, q0), (_, s0)), ((p1, _), (r1, _)) = pieces
+        pushed = -inverse(s0 - p1)[:, 1] * span.length**2 / (span.bending * scale)
+        support = Support(
+            place=_place_row(span, pieces),
+            give=pushed[0] * span.length,
+            runup=(r1 @ pushed)[0] / span.length,
+            runoff=(q0 @ pushed)[0] / span.length,
+            tilt=jnp.interp(part * span.length, fields.x, fields.place[2]),
+            side_force=part,
+        )
+        found.append(support)
+    return found[0], found[1]
 
 
 _NEAREST = 1e-3  # of the length: nearer to an end, a span is as good as straight, and a piece of it too short

@@ -204,7 +204,8 @@ def _stepper(spans, spacing):
 
         guess = (replace(now, travel=s0 + spacing), commanded)
         then, yaw_end = jax.lax.fori_loop(0, 2, correct, guess) if shapers else correct(0, guess)
-        ring = ring.at[(k + 1) % ring.shape[0]].set(_history_row(then))
+        row = jnp.stack([then.y, then.alpha, then.moment], axis=1).ravel()
+        ring = ring.at[(k + 1) % ring.shape[0]].set(row)
         return ring, then, off1, yaw_end
 
     return advance
@@ -236,7 +237,7 @@ def _mean(a, b):
 def _yaw(case, angle, *where) -> Yaw:
     """Return the commanded yaw of both pulleys by ``angle`` (at a travel, or the mean over a step)."""
     settings = case.settings
-    return Yaw.without_roll(angle(settings.yaw, *where), angle(settings.yaw_head, *where))
+    return Yaw(tail=angle(settings.yaw, *where), head=angle(settings.yaw_head, *where))
 
 
 def _solve_sticking(now, off, off1, yaw, push, spans, h):
@@ -268,17 +269,13 @@ def _solve_limp(now, off, off1, yaw, push, spans, h):
 def _start(spans, slots):
     """The belt lies straight and sticks: y = 0 and alpha = 0 all round, whatever the yaw (paper eq. 11-13)."""
     zero = jnp.zeros(2)
-    off = RunOff.without_slip(zero, zero, zero)
+    off = RunOff(y=zero, alpha=zero, moment=zero)
     yaw = _yaw(spans.case, drive.angle_at, 0.0)
     blank = spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw)
     yaw = apply_hook(spans.effects, "yaw", yaw, blank, spans.case)
     now = spans.apply_slides(spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw), off, yaw)
-    return jnp.zeros((slots, 6)).at[0].set(_history_row(now)), now, off, yaw
-
-
-def _history_row(now):
-    """Return the row of the wrap's history for an instant, shape (6,)."""
-    return jnp.stack([now.y, now.alpha, now.moment], axis=1).ravel()
+    history = jnp.zeros((slots, 6)).at[0].set(jnp.stack([now.y, now.alpha, now.moment], axis=1).ravel())
+    return history, now, off, yaw
 
 
 def _observe(carry, spans, start):

@@ -9,7 +9,8 @@ A yaw of the pulley turns the stuck belt with it: alpha does not jump. drift and
 The drive law (commanded yaw against travel), the wrap law and the readings of instruments follow.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import jax.numpy as jnp
@@ -22,6 +23,7 @@ def add(value: Any, **more: Any) -> Any:
     return replace(value, **{name: getattr(value, name) + x for name, x in more.items()})
 
 
+NONE = partial(jnp.zeros, 2)  # of what there is at two pulleys or spans
 FRICTION = 0.15  # of belt on pulley where no effect says it: steel on a smooth pulley, the least that is usual
 
 
@@ -56,18 +58,12 @@ class Yaw:
 
     tail: jnp.ndarray
     head: jnp.ndarray
-    roll_runup: jnp.ndarray
-    roll_runoff: jnp.ndarray
-    aside_runup: jnp.ndarray
-    aside_runoff: jnp.ndarray
-    skew_runup: jnp.ndarray
-    skew_runoff: jnp.ndarray
-
-    @staticmethod
-    def without_roll(tail, head) -> "Yaw":
-        """Return pulleys with yaw only."""
-        ends = ("roll_runup", "roll_runoff", "aside_runup", "aside_runoff", "skew_runup", "skew_runoff")
-        return Yaw(tail=tail, head=head, **dict.fromkeys(ends, jnp.zeros(2)))
+    roll_runup: jnp.ndarray = field(default_factory=NONE)
+    roll_runoff: jnp.ndarray = field(default_factory=NONE)
+    aside_runup: jnp.ndarray = field(default_factory=NONE)
+    aside_runoff: jnp.ndarray = field(default_factory=NONE)
+    skew_runup: jnp.ndarray = field(default_factory=NONE)
+    skew_runoff: jnp.ndarray = field(default_factory=NONE)
 
     @property
     def runup(self):
@@ -137,12 +133,7 @@ class RunOff:
     y: jnp.ndarray
     alpha: jnp.ndarray
     moment: jnp.ndarray
-    turned: jnp.ndarray
-
-    @staticmethod
-    def without_slip(y, alpha, moment) -> "RunOff":
-        """Return a belt that leaves as it landed."""
-        return RunOff(y=y, alpha=alpha, moment=moment, turned=jnp.zeros(2))
+    turned: jnp.ndarray = field(default_factory=NONE)
 
 
 def delayed_runoff(ring, step, arcs, spacing):
@@ -160,7 +151,7 @@ def delayed_runoff(ring, step, arcs, spacing):
         near, far = ring[(step - whole) % slots], ring[(step - whole - 1) % slots]
         values.append(((1 - part) * near + part * far)[3 * pulley : 3 * pulley + 3])
     both = jnp.stack(values)
-    return RunOff.without_slip(both[:, 0], both[:, 1], both[:, 2])
+    return RunOff(y=both[:, 0], alpha=both[:, 1], moment=both[:, 2])
 
 
 def angle_at(schedule: Schedule, travel):

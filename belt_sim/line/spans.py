@@ -24,7 +24,7 @@ from belt_sim.line.hooks import (
     uses,
     where_acting,
 )
-from belt_sim.line.influence import Bend, BoundaryValues, no_bend, place_row, span_fields
+from belt_sim.line.influence import Bend, BoundaryValues, place_row, span_fields
 from belt_sim.line.runup import Contact, RunOff, State, Yaw, sag_angle
 from belt_sim.line.span import Response, Span, response
 
@@ -151,7 +151,7 @@ class Spans:
 
     def bend(self, boundary: BoundaryValues) -> Bend:
         """Return what effects add inside the spans."""
-        bend = no_bend()
+        bend = Bend()
         for e, known in zip(self.benders, self.known, strict=True):
             bend = where_acting(
                 e, lambda x, e=e, known=known: call_hook(e, "bend", x, boundary, known, self.case), bend

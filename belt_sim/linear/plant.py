@@ -345,8 +345,10 @@ def _linear_and_lasting(case: Case, effects: tuple[Hooks, ...], travel, *points,
 
 def _rate(spans: Spans, travel, x, late, yaws):
     """dx/ds of x = (y, alpha) at the tail's, then the head's run-up, when the wraps give ``late`` back."""
-    commanded, y = Yaw.without_roll(yaws[0], yaws[1]), x[0::2]
-    sticking = RunOff.without_slip(late[0::2], late[1::2], jnp.zeros(2))  # as they come off the tail, then off the head
+    commanded, y = Yaw(tail=yaws[0], head=yaws[1]), x[0::2]
+    sticking = RunOff(
+        y=late[0::2], alpha=late[1::2], moment=jnp.zeros(2)
+    )  # as they come off the tail, then off the head
 
     def state_at(off, yaw):
         alpha = spans.slope(y, off, yaw) - yaw.runup if spans.span.limp else x[1::2]

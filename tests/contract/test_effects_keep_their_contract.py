@@ -78,7 +78,7 @@ def any_arguments():
         "yaw": (yaw, now, case),
         "runup": (RunUp(drift=jnp.asarray(pair()), turn=jnp.asarray(pair())), now, case),
         "slide": (Contact(y=jnp.asarray(pair()), alpha=jnp.asarray(pair())), now, case),
-        "wrap": (RunOff.without_slip(*(jnp.asarray(pair()) for _ in range(3))), now, case),
+        "wrap": (RunOff(**{n: jnp.asarray(pair()) for n in ("y", "alpha", "moment")}), now, case),
         "scene": (SceneParts.from_case(case), case),
         "encoder": (line, case),
         "sensor_travel": (line, case),

@@ -9,7 +9,7 @@ from small_discovery import effect_of, surveyed
 from belt_sim.campaign import case_of
 from belt_sim.discovery.search_data import rare_forms
 from belt_sim.effects.law import Form, Law, Term
-from belt_sim.line.influence import BoundaryValues, no_bend
+from belt_sim.line.influence import Bend, BoundaryValues
 from belt_sim.line.span import response, strip
 
 FILE = 0.02  # of what a large change adds: the file has it as a polynomial of its logarithm
@@ -44,7 +44,7 @@ def bent_by(name, share, case):
     cls = effect_of(data, Law((Term(place, Form("none")),)), [share])
     effect = cls(size=share)
     boundary = BoundaryValues(travel=5.0, start=0.0, ends=ENDS, direction=1.0)
-    bend = effect.bend(no_bend(), boundary, effect.influence(strip(case), case), case)
+    bend = effect.bend(Bend(), boundary, effect.influence(strip(case), case), case)
     return bend.runup + bend.natural_runup
 
 

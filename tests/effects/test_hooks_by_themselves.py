@@ -14,7 +14,7 @@ from belt_sim.effects.span import Shear
 from belt_sim.effects.yaw import Wobble
 from belt_sim.io import ROOT
 from belt_sim.jax_setup import in_float64
-from belt_sim.line.influence import BoundaryValues, no_bend
+from belt_sim.line.influence import Bend, BoundaryValues
 from belt_sim.line.runup import State, Yaw
 from belt_sim.line.span import beam_first_order, beam_second_order, dimensionless
 from belt_sim.line.spans import span_responses
@@ -37,7 +37,7 @@ def bends(weld, case, travel):
     boundary = BoundaryValues(
         travel=jnp.asarray(travel), start=jnp.zeros(2), ends=jnp.zeros((5, 2)), direction=case.settings.direction
     )
-    bend = weld.bend(no_bend(), boundary, still, case)
+    bend = weld.bend(Bend(), boundary, still, case)
     return np.concatenate([bend.natural_runup, bend.natural_runoff])
 
 
@@ -85,7 +85,7 @@ def test_a_wobbling_pulley_is_the_same_in_the_law_and_in_the_scene(pulley, direc
     above = 1.0 if (pulley == "tail") == (direction > 0) else -1.0  # where it runs up
     for travel in (0.0, 0.1, 0.3, 0.7):
         axes = np.asarray(in_float64(axes_of)(surface, 0.0, 1.0, direction * travel / surface.radius))
-        found = wobble.yaw(Yaw.without_roll(jnp.zeros(()), jnp.zeros(())), state(travel, direction), case)
+        found = wobble.yaw(Yaw(tail=jnp.zeros(()), head=jnp.zeros(())), state(travel, direction), case)
         yawed = cos * np.cos(travel / surface.radius) + sin * np.sin(travel / surface.radius)
         assert float(getattr(found, pulley)) == pytest.approx(yawed, abs=SMALL)
         assert np.arctan2(-axes[0, 1], axes[1, 1]) == pytest.approx(yawed, abs=SMALL)
@@ -106,7 +106,7 @@ def test_a_wobbling_surface_never_carries_the_belt_sideways(direction):
     wobble = Wobble(beta_cos=3e-4, beta_sin=-2e-4, beta_cos_head=1e-4, beta_sin_head=4e-4, radius_error=0.01)
 
     def swung(travel):
-        return wobble.yaw(Yaw.without_roll(jnp.zeros(()), jnp.zeros(())), state(travel, direction), case)
+        return wobble.yaw(Yaw(tail=jnp.zeros(()), head=jnp.zeros(())), state(travel, direction), case)
 
     moved, at = (jax.jacfwd(lambda s: (swung(s).aside_runup, swung(s).aside_runoff))(0.37), swung(0.37))
     np.testing.assert_allclose(moved[0] + at.runup, 0.0, atol=EXACT)
