@@ -20,7 +20,6 @@ from belt_sim.case import Case, pytree
 from belt_sim.errors import InputError
 from belt_sim.line.hooks import HOOKS, LAWS, Hooks
 from belt_sim.line.runup import add
-from belt_sim.units import shop_unit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,11 +41,6 @@ class Parameter:
     grid: tuple[float, ...] = ()
     of_belt: bool = False
     shop: tuple[float, str] | None = None
-
-    @property
-    def display_unit(self) -> tuple[float, str]:
-        """Units of the shop in one ``unit``, and their name: how reports write the number."""
-        return self.shop or shop_unit(self.unit)
 
 
 def parameter(unit: str, meaning: str, *, default: float | None = None, **more: Any) -> Any:

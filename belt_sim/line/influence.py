@@ -282,16 +282,23 @@ def load_response(span: Span, kind: str, fields: SpanFields, share=None) -> Load
     (along the travel) towards y there; spread_force, of 1 N/m towards +y along the whole span; spread_roll, a rolling
     couple of 1 N m/m along it that raises the side y > 0.
     """
-    if kind == "force":
-        work, side_force = _interpolate(fields, fields.place, fields.slope, share), share
-    elif kind == "couple":
-        curved = jnp.stack([fields.per_runup, fields.per_runoff, fields.per_couple])
-        work = _interpolate(fields, fields.angle, curved - span.sag_curvature * fields.roll, share)
-        side_force = 1.0 / span.length
-    elif kind == "spread_force":
+    if kind == "spread_force":
         work, side_force = integral(fields.place, span), 0.5 * span.length
-    else:
+    elif kind == "spread_roll":
         work, side_force = integral(fields.roll, span), 0.0
+    else:
+        values, slopes, side_force = fields.place, fields.slope, share
+        if kind == "couple":
+            curved = jnp.stack([fields.per_runup, fields.per_runoff, fields.per_couple])
+            values, slopes, side_force = fields.angle, curved - span.sag_curvature * fields.roll, 1.0 / span.length
+        # the shapes at ``share``, by cubic Hermite polynomials
+        pieces = len(fields.x) - 1
+        left = jnp.clip(jnp.floor(share * pieces).astype(int), 0, pieces - 1)
+        u, h = share * pieces - left, fields.x[1] - fields.x[0]
+        near, far = values[:, left], values[:, left + 1]
+        rise, ahead = h * slopes[:, left], h * slopes[:, left + 1]
+        bow = (1.0 - u) * (rise - (far - near)) + u * (far - near - ahead)
+        work = (1.0 - u) * near + u * far + u * (1.0 - u) * bow
     runup, runoff = -work[0] / span.bending, work[1] / span.bending
     return LoadResponse(runup=runup, runoff=runoff, tilt=work[2], side_force=side_force)
 
@@ -300,17 +307,6 @@ def add_load(bend: Bend, unit: LoadResponse, loads) -> Bend:
     """Return ``bend`` plus loads (2,) on the two spans, ``unit`` being the response to a unit load."""
     names = ("runup", "runoff", "tilt", "side_force")
     return add(bend, **{name: loads * getattr(unit, name) for name in names})
-
-
-def _interpolate(fields: SpanFields, values, slopes, share):
-    """Interpolate rows (3, n) at ``share`` of the length by cubic Hermite polynomials."""
-    pieces = len(fields.x) - 1
-    left = jnp.clip(jnp.floor(share * pieces).astype(int), 0, pieces - 1)
-    u, h = share * pieces - left, fields.x[1] - fields.x[0]
-    near, far = values[:, left], values[:, left + 1]
-    rise, ahead = h * slopes[:, left], h * slopes[:, left + 1]
-    bow = (1.0 - u) * (rise - (far - near)) + u * (far - near - ahead)
-    return (1.0 - u) * near + u * far + u * (1.0 - u) * bow
 
 
 def integral(rows, span: Span):

@@ -182,9 +182,8 @@ def _compile_march(model: Composition, plan, effects: tuple[type, ...]):
 
 def _stepper(spans, spacing):
     """Return a function (carry, step number) -> carry that advances the march by one step."""
-    case, effects, span = spans.case, spans.effects, spans.span
+    case, effects = spans.case, spans.effects
     shapers = uses(effects, "yaw") + uses(effects, "runup") + uses(effects, "bend")
-    solve = _solve_limp if span.limp else _solve_sticking
     arcs = jnp.stack([case.rig.wrap_tail, case.rig.wrap_head])
 
     def advance(carry, k):
@@ -197,7 +196,7 @@ def _stepper(spans, spacing):
         def correct(_, guess):
             then = replace(guess[0], travel=s0 + spacing)  # keeps what depends on travel alone out of the loop
             yaw, push = _average_forcing(effects, commanded, case, now, then)
-            y, alpha = solve(now, off, off1, yaw, push, spans, spacing)
+            y, alpha = _solve(now, off, off1, yaw, push, spans, spacing)
             yaw_end = apply_hook(effects, "yaw", _yaw(case, drive.angle_at, s0 + spacing), then, case)
             then = spans.state(s0 + spacing, now.travel, y, alpha, off1, yaw_end)
             return spans.apply_slides(then, off1, yaw_end), yaw_end
@@ -240,8 +239,15 @@ def _yaw(case, angle, *where) -> Yaw:
     return Yaw(tail=angle(settings.yaw, *where), head=angle(settings.yaw_head, *where))
 
 
-def _solve_sticking(now, off, off1, yaw, push, spans, h):
-    """One trapezoidal step of dy/ds = -alpha + drift, dalpha/ds = -(kappa + turn); a 2x2 system by hand."""
+def _solve(now, off, off1, yaw, push, spans, h):
+    """One trapezoidal step of dy/ds = -alpha + drift, dalpha/ds = -(kappa + turn), a 2x2 system by hand; of limp spans
+    of dy/ds = theta_p - (y_u - y_o)/L (paper eq. 5, 6)."""
+    if spans.span.limp:
+        length = spans.span.length
+        a = 0.5 * h / length
+        partner = (off.y + off1.y)[::-1] + 2.0 * (yaw.aside_runoff - yaw.aside_runup)
+        y = (now.y * (1 - a) + a * partner + h * (yaw.runup + push.drift)) / (1 + a)
+        return y, spans.slope(y, off1, yaw) - yaw.runup
     ky, ko, ku, ro, ru = spans.answer.runup.T
     a = 0.5 * h
     known = (
@@ -255,15 +261,6 @@ def _solve_sticking(now, off, off1, yaw, push, spans, h):
     alpha = right / (1 + a * ku - a * a * ky)
     y = now.y - a * (now.alpha + alpha) + h * push.drift
     return y, alpha
-
-
-def _solve_limp(now, off, off1, yaw, push, spans, h):
-    """One trapezoidal step of dy/ds = theta_p - (y_u - y_o)/L (paper eq. 5, 6)."""
-    length = spans.span.length
-    a = 0.5 * h / length
-    partner = (off.y + off1.y)[::-1] + 2.0 * (yaw.aside_runoff - yaw.aside_runup)
-    y = (now.y * (1 - a) + a * partner + h * (yaw.runup + push.drift)) / (1 + a)
-    return y, spans.slope(y, off1, yaw) - yaw.runup
 
 
 def _start(spans, slots):
@@ -282,14 +279,15 @@ def _observe(carry, spans, start):
     """Return what is recorded of one instant, in the order (span up the tail, span up the head); y since the start."""
     (_, now, off, yaw), before = carry, start[3]
     y = jnp.concatenate([now.y + yaw.aside_runup, off.y + yaw.aside_runoff[::-1]])
-    tilt, tension = spans.tilt_and_tension(now, off, yaw)
+    boundary = spans.boundary_values(now.travel, now.y, now.alpha, off, yaw)
+    bend = spans.bend(boundary)
     return {
         "y": y - jnp.concatenate([before.aside_runup, before.aside_runoff[::-1]]),
         "angle": jnp.concatenate([yaw.runup + now.alpha, yaw.runoff[::-1] + off.alpha]),
         "moment": now.moment,
         "moment_runoff": now.moment_runoff,
-        "tilt": tilt,
-        "tension": tension,
+        "tilt": jnp.sum(spans.answer.mid_tilt * boundary.ends.T, axis=1) + bend.tilt,  # roll at mid-span
+        "tension": spans.case.settings.tension * (1.0 + bend.tension),
     }
 
 

@@ -178,12 +178,6 @@ class Spans:
 
         return read
 
-    def tilt_and_tension(self, state: State, off: RunOff, yaw: Yaw) -> tuple[jax.Array, jax.Array]:
-        """Return the roll at mid-span [rad] and the tension [Pa] of both spans, shape (2,) each."""
-        boundary = self.boundary_values(state.travel, state.y, state.alpha, off, yaw)
-        bend = self.bend(boundary)
-        return _apply(self.answer.mid_tilt, boundary) + bend.tilt, self.case.settings.tension * (1.0 + bend.tension)
-
 
 def span_responses(case: Case, effects: Sequence, span: Span) -> Response:
     """Return the responses of both spans, rows (2, 5), after effects with the hook ``hold``."""
@@ -227,20 +221,17 @@ def steady_rate(case: Case, model: Composition) -> float:
     w = L (w1 - w0)(beta - beta_h) / (2 L + W_t + W_h), which is the sheet's formula for equal pulleys; w1 - w0 of one
     span and of the other, should they be unlike, count half each.
     """
-    return float(_rate(case, sum(runup_weights(case, model)) / 2.0))
+    return float(steady_traced(case, model, sum(runup_weights(case, model)) / 2.0))
 
 
-def steady_traced(case: Case, model: Composition):
-    """Like ``steady_rate``, for use inside jit and vmap."""
-    span = model.span(case)
-    if span.limp:
-        return _rate(case, 1.0)
-    rows = span_responses(case, model.built_in, span).runup
-    return _rate(case, jnp.mean(-rows[:, 2] / (rows[:, 0] * span.length)))
-
-
-def _rate(case: Case, w1):
-    rig, settings = case.rig, case.settings
+def steady_traced(case: Case, model: Composition, w1: Any = None):
+    """Like ``steady_rate``, for use inside jit and vmap; w1: where it is known, the mean of both spans."""
+    rig, settings, span = case.rig, case.settings, model.span(case)
+    if w1 is None and span.limp:
+        w1 = 1.0
+    elif w1 is None:
+        rows = span_responses(case, model.built_in, span).runup
+        w1 = jnp.mean(-rows[:, 2] / (rows[:, 0] * span.length))
     yaw = settings.yaw.last() - settings.yaw_head.last()
     return rig.span_length * (2 * w1 - 1) * yaw / (2 * rig.span_length + rig.wrap_tail + rig.wrap_head)
 

@@ -156,8 +156,8 @@ def display_unit(effect: str, number: str, unit: str, machine: MachineSizes | No
     places as distances from a pulley.
     """
     cls = library().get(effect)
-    known = cls is not None and number in cls.parameters
-    factor, name = cls.parameters[number].display_unit if known else shop_unit(unit)  # type: ignore[union-attr]
+    declared = cls.parameters.get(number) if cls is not None else None
+    factor, name = (declared.shop if declared else None) or shop_unit(unit)
     if machine is None:
         return factor, name
     radius = machine.head_radius if number.endswith("_head") else machine.tail_radius
@@ -172,7 +172,7 @@ def display_unit(effect: str, number: str, unit: str, machine: MachineSizes | No
     for written, (more, shown) in across.items():
         if name.startswith(written) and effect not in BY_SPIRIT_LEVEL:
             return factor * more, shown + name.removeprefix(written)
-    if cls is not None and known and cls.parameters[number].meaning.startswith("share of the span's length"):
+    if declared and declared.meaning.startswith("share of the span's length"):
         return machine.span_length, "m"
     return factor, name
 

@@ -21,7 +21,7 @@ from belt_sim.results.diagnosis import (
     NextRun,
     Verdict,
 )
-from belt_sim.results.estimates import Estimate, MachineSizes, number_texts
+from belt_sim.results.estimates import Estimate, MachineSizes, display_unit, number_texts
 from belt_sim.show.report import (
     HERE,
     LIKELY,
@@ -122,7 +122,7 @@ NO_POWER = 1e-3, 1e4  # as large as a number may be that is written without a po
 def test_every_number_of_the_library_is_readable_at_the_size_that_matters():
     for cls in library().values():
         for name, declared in cls.parameters.items():
-            factor, unit = declared.display_unit
+            factor, unit = display_unit(cls.id, name, declared.unit)
             assert NO_POWER[0] <= abs(factor * declared.scale) <= NO_POWER[1], (cls.id, name, unit)
 
 
