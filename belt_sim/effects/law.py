@@ -431,8 +431,9 @@ class GenericLaw(Effect):
             elif form.variable == "beta":
                 yaw = jax.vmap(angle_at, (None, 0)) if jnp.ndim(travel) else angle_at
                 x = yaw(settings.yaw, travel) + yaw(settings.yaw_head, travel)
+        tension = case.settings.tension / self.content.tension
         along = sum(self.number(n, k) * half.course_value(s, jnp, at, wide) for n, half in form.halves.items())
-        return along * form.shape_value(x, s, jnp, knee) * self.tension_factor(k, case)
+        return along * form.shape_value(x, s, jnp, knee) * tension ** self.number("exponent", k)
 
     def waves(self, case):
         found = {}
@@ -468,10 +469,6 @@ class GenericLaw(Effect):
             there = [t.place.where in SPANS and t.place.where != s for s in SPANS]
             found += np.where(np.array(here)[:, None] | np.array(there)[:, None], 0.0, rows)
         return found
-
-    def tension_factor(self, k: int, case: Any) -> Any:
-        """Return (tension / reference tension)^exponent of the k-th term."""
-        return (case.settings.tension / self.content.tension) ** self.number("exponent", k)
 
 
 @lru_cache(CLASSES)
@@ -594,7 +591,9 @@ def _bend(self, bend, boundary, known, case):
         if t.place.is_stretch:
             size, at, wide = (self.number(n, k) for n in ("size", "at", "wide"))
             found, part = stretches[t.place.relative], _belt_part(case, boundary.travel)
-            jump = -size * self.tension_factor(k, case) * rig.span_length
+            jump = (
+                -size * (case.settings.tension / self.content.tension) ** self.number("exponent", k) * rig.span_length
+            )
             lies = stretch_ends(rig.span_length, rig.belt_length, (at - part) * direction, wide)
             per_end, more = stretch_adds(found, jump, wide * rig.belt_length, lies)
             added = jnp.einsum("ais,is->as", per_end, boundary.ends[:3])

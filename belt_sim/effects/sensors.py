@@ -1,6 +1,6 @@
 """Errors of the instruments: gain, zero, drift and delay of the edge sensors, and the scale of the encoder."""
 
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 
@@ -19,14 +19,17 @@ class _OfPoints(Effect):
         return add(reading, y=numbers * getattr(reading, self.of) if self.of else numbers)
 
 
-def _of_points(letter: str, unit: str, words: str, **more):
-    numbers = {f"{letter}{k}": parameter(unit, f"{words} at point {k}", **more) for k in range(1, 5)}
-    return with_parameters("_OfPoints", numbers, _OfPoints)
-
-
-_GAINS = _of_points("g", "1", "gain error", plausible=(-0.3, 0.3), scale=0.02, shop=PERCENT)
-_OFFSETS = _of_points("c", "m", "offset", plausible=(-2e-2, 2e-2), scale=2e-4)
-_DRIFTS = _of_points("d", "m/s", "drift", plausible=(-2e-5, 2e-5), scale=1e-6, shop=(3.6e6, "mm/h"))
+_NUMBERS: dict[str, tuple[str, str, dict[str, Any]]] = {
+    "g": ("1", "gain error", {"plausible": (-0.3, 0.3), "scale": 0.02, "shop": PERCENT}),
+    "c": ("m", "offset", {"plausible": (-2e-2, 2e-2), "scale": 2e-4}),
+    "d": ("m/s", "drift", {"plausible": (-2e-5, 2e-5), "scale": 1e-6, "shop": (3.6e6, "mm/h")}),
+}
+_GAINS, _OFFSETS, _DRIFTS = (
+    with_parameters(
+        "_OfPoints", {f"{c}{k}": parameter(unit, f"{words} at point {k}", **more) for k in range(1, 5)}, _OfPoints
+    )
+    for c, (unit, words, more) in _NUMBERS.items()
+)
 
 
 @effect
