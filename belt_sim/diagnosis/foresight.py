@@ -167,7 +167,7 @@ def sheet_evidence(
     for _, m in screened[:FINALISTS]:
         undone = _Layout(m.campaign, model)
         # by one noise: what only reads another noise off the repeats gains nothing
-        gain = float(np.sum(undone.chi2_by_run(curved))) - undone.total(m)
+        gain = float(np.sum(undone.chi2_of(undone.rest_of(curved)))) - undone.total(m)
         # two repeats that differ by a mistake are noise until it is undone
         deviance = undone.total(m) + undone.log_det - stated.log_det
         exact += [(deviance, m)] if gain > DECISIVE and np.isfinite(deviance) else []
@@ -265,8 +265,8 @@ class _Layout:
         sound = np.isfinite(fit.columns).all(axis=1)
         self._basis = np.linalg.qr(fit.columns[sound].T)[0]
         self.columns, self.rest = fit.slopes[sound], self.bench.samples.y - fit.values
-        self.chi2 = self._chi2_of_residual(self.bench.samples.y - fit.values)
-        self.alone = self._chi2_of_residual(self.bench.samples.y - fit.values, faults=False)
+        self.chi2 = self.chi2_of(self.rest)
+        self.alone = self.chi2_of(self.rest, faults=False)
         diagonal = np.diagonal(self.bench.metric.roots, axis1=-2, axis2=-1)
         self.log_det = -2.0 * float(np.sum(np.log(diagonal[diagonal > 0.0])))
 
@@ -274,9 +274,15 @@ class _Layout:
         """chi2 of all runs; of a mistake in the unit of readings with their scale allowed for."""
         return float(np.sum(self.chi2)) - (2.0 * mistake.log_jacobian * self.count if mistake else 0.0)
 
-    def total_without(self, mistake: SheetMistake) -> float:
-        """The same of the campaign with a mistake undone, by the nuisances of this layout."""
-        return float(np.sum(self.chi2_by_run(mistake.campaign))) - 2.0 * mistake.log_jacobian * self.count
+    def total_without(self, mistake: SheetMistake, rest: np.ndarray | None = None) -> float:
+        """The same of the campaign with a mistake undone, by the nuisances of this layout; rest: as in ``rest_of``, of
+        the same mistake in all runs, where that is known."""
+        own = np.array([not mistake.runs or r.name in mistake.runs for r in self.bench.samples.runs])
+        if rest is None:
+            rest = self.rest_of(mistake.campaign, own)
+        else:
+            rest = np.where(own[:, None, None], rest, self.rest)
+        return float(np.sum(self.chi2_of(rest))) - 2.0 * mistake.log_jacobian * self.count
 
     def total_with_free_starts(self, runs: Collection[str]) -> float:
         """chi2 of all runs with the state free in which the belt of some ``runs`` begins."""
@@ -295,27 +301,32 @@ class _Layout:
     def total_of_other_models(self) -> float:
         """The least chi2 that another base model leaves without any mistake."""
         others = [MODELS[name] for name in HOUSE if name != self.model.name]
-        return min(float(np.sum(self.chi2_by_run(self.bench.campaign, other))) for other in others)
+        return min(float(np.sum(self.chi2_of(self.rest_of(self.bench.campaign, model=other)))) for other in others)
 
-    def _chi2_of_residual(self, rest: np.ndarray, *, faults: bool = True) -> np.ndarray:
-        if not np.isfinite(rest[np.isfinite(self.bench.samples.y)]).all():
-            return np.full(len(rest), np.inf)
+    def chi2_of(self, rest: np.ndarray | None, *, faults: bool = True) -> np.ndarray:
+        """chi2 of every run (R,) of what is left of its readings (R, S, n); infinite where nothing is predicted."""
+        if rest is None or not np.isfinite(rest[np.isfinite(self.bench.samples.y)]).all():
+            return np.full(len(self.bench.samples.runs), np.inf)
         white = self.bench.metric.whiten(rest)
         white = white - self._basis @ (self._basis.T @ white) if faults else white
         return np.sum(white.reshape(len(rest), -1) ** 2, axis=1)
 
-    def chi2_by_run(self, campaign: Campaign, model: Composition | None = None, *, faults: bool = True) -> np.ndarray:
-        """chi2 of every run where readings, settings or the model are others, by the nuisances of this layout."""
+    def rest_of(
+        self, campaign: Campaign, own: np.ndarray | None = None, model: Composition | None = None
+    ) -> np.ndarray | None:
+        """What is left of readings (R, S, n) where they, settings or the model are others; None where that says
+        nothing. own: the runs (R,) in which they are others; None: all."""
         if any(r.yaw_at >= r.travel[-1] for r in campaign.runs):
-            return np.full(len(campaign.runs), np.inf)
+            return None
         samples = samples_of(campaign, leave_out_bad=False)  # they are left out of the stated campaign
         if samples.y.shape != self.bench.samples.y.shape:
-            return np.full(len(campaign.runs), np.inf)
-        own = self.bench.forward.classes if model is None else ()  # a program that is compiled already
-        forward = Forward(samples, model or self.model, own)
-        rest = samples.y - forward.values(forward.null()[None])[0]
-        rest = np.where(np.isnan(samples.y), 0.0, rest)  # a tilt is blank about the yaw
-        return self._chi2_of_residual(rest, faults=faults)
+            return None
+        which = np.arange(len(samples.runs)) if own is None else np.flatnonzero(own)
+        compiled = self.bench.forward.classes if model is None else ()  # a program that is compiled already
+        forward = Forward(samples, model or self.model, compiled).of_runs(which)
+        rest, y = self.rest.copy(), samples.y[which]
+        rest[which] = np.where(np.isnan(y), 0.0, y - forward.values(forward.null()[None])[0])  # blank about the yaw
+        return rest
 
 
 @lru_cache(1)
@@ -339,15 +350,16 @@ def forget_layout() -> None:
 
 def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:
     """chi2 with the mistake in all runs, or in those alone in which it helps."""
-    chi2 = stated.total_without(mistake)
+    rest = stated.rest_of(mistake.campaign)
+    chi2 = float(np.sum(stated.chi2_of(rest))) - 2.0 * mistake.log_jacobian * stated.count
     if mistake.kind not in BY_RUN:
         return chi2, mistake
     # which runs it helps is asked without faults: one that is free would take the mistake of some runs to all
-    alone = stated.chi2_by_run(mistake.campaign, faults=False)
+    alone = stated.chi2_of(rest, faults=False)
     helped = [r.name for r, a, b in zip(campaign.runs, stated.alone, alone, strict=True) if a - b > OF_RUN]
     oddest = campaign.runs[int(np.argmax(np.nan_to_num(stated.alone - alone, nan=-np.inf)))].name
     parts = [names for names in {tuple(helped), (oddest,)} if 0 < len(names) < len(campaign.runs)]
-    tried = [(stated.total_without(m), m) for m in (replace(mistake, runs=names) for names in parts)]
+    tried = [(stated.total_without(m, rest), m) for m in (replace(mistake, runs=names) for names in parts)]
     return min([(chi2, mistake), *tried], key=lambda f: f[0])
 
 
