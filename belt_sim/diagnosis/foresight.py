@@ -278,10 +278,7 @@ class _Layout:
         """The same of the campaign with a mistake undone, by the nuisances of this layout; rest: as in ``rest_of``, of
         the same mistake in all runs, where that is known."""
         own = np.array([not mistake.runs or r.name in mistake.runs for r in self.bench.samples.runs])
-        if rest is None:
-            rest = self.rest_of(mistake.campaign, own)
-        else:
-            rest = np.where(own[:, None, None], rest, self.rest)
+        rest = self.rest_of(mistake.campaign, own) if rest is None else np.where(own[:, None, None], rest, self.rest)
         return float(np.sum(self.chi2_of(rest))) - 2.0 * mistake.log_jacobian * self.count
 
     def total_with_free_starts(self, runs: Collection[str]) -> float:
