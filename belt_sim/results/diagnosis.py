@@ -37,9 +37,13 @@ STAMP = "effective value, model rejected"  # what has to stand beside the number
 #: whether a model is rejected; in files the stamp, or nothing
 Rejected = Annotated[
     bool,
-    Field(alias="stamp", exclude_if=lambda rejected: not rejected),
+    Field(
+        alias="stamp",
+        exclude_if=lambda rejected: not rejected,
+        description="What has to stand beside the numbers of a rejected model.",
+    ),
     BeforeValidator(bool),
-    PlainSerializer(lambda _: STAMP, return_type=str),
+    PlainSerializer(lambda rejected: STAMP if rejected else "", return_type=str),
 ]
 
 
