@@ -35,11 +35,15 @@ from uuid import uuid4
 import jax
 import jax.numpy as jnp
 import jaxlib
-from jax.experimental import serialize_executable
 from jaxlib.mlir.passmanager import PassManager
 
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import code_hash, write_text, write_with
+
+try:
+    from jax.experimental import serialize_executable
+except ImportError:  # JAX promises nothing of its experimental parts: without it, programs are compiled as usual
+    serialize_executable = None  # type: ignore[assignment]
 
 WORKERS = 2  # marches at once, unless told otherwise
 P = ParamSpec("P")
@@ -248,8 +252,22 @@ def _load(file: Path) -> Callable[..., Any]:
     if calls_lapack:  # which JAX loads as it lowers what calls it
         jax.jit(jnp.linalg.cholesky).lower(jnp.eye(1))
     trees = jax.tree.structure(((0,) * inputs, {})), jax.tree.structure(outputs)
-    one = jax.devices()[:1]
-    return serialize_executable.deserialize_and_load(program, *trees, execution_devices=one)  # type: ignore[no-any-return]
+    try:
+        one = jax.devices()[:1]
+        return serialize_executable.deserialize_and_load(program, *trees, execution_devices=one)  # type: ignore[no-any-return]
+    except Exception as error:  # of whatever kind: XLA, pickle and an interface that may change each have their own
+        raise ValueError(file) from error
+
+
+@functools.cache
+def _can_store() -> bool:
+    """Whether this JAX writes a program and reads it again; asked before the first program is compiled for the disk."""
+    try:
+        content, *trees = serialize_executable.serialize(jax.jit(lambda: 0).lower().compile())
+        serialize_executable.deserialize_and_load(content, *trees, execution_devices=jax.devices()[:1])
+    except Exception:
+        return False
+    return True
 
 
 class StoredProgram:
@@ -285,12 +303,17 @@ class StoredProgram:
         def stored_program(*leaves: Any) -> Any:
             return self.function(*jax.tree.unflatten(structure, leaves))
 
-        folder = jax.config.values["jax_compilation_cache_dir"]
-        if self.key is None or not folder or jax.default_backend() != "cpu":
+        def as_usual() -> Callable[..., Any]:
             return jax.jit(stored_program, compiler_options=known_options(self.effort))
+
+        folder = jax.config.jax_compilation_cache_dir
+        if self.key is None or not folder or jax.default_backend() != "cpu":
+            return as_usual()
         asked = Path(folder) / STORED / _digest(code_hash(), self.key, structure, types, self.effort, *_machine())
         with suppress(OSError, ValueError):
             return _load(asked.with_name(asked.read_text()))
+        if not _can_store():
+            return as_usual()
 
         # a name of its own: a program that JAX finds in its own cache cannot be written again
         name = stored_program.__name__ = stored_program.__qualname__ = f"program_{uuid4().hex}"
@@ -304,7 +327,10 @@ class StoredProgram:
             program = _load(file)  # other code may have given the same one
         except (OSError, ValueError):
             program = traced.compile()
-            content, inputs, outputs = serialize_executable.serialize(program)
+            try:
+                content, inputs, outputs = serialize_executable.serialize(program)
+            except Exception:  # JAX cannot write every program
+                return program
             nested = jax.tree.unflatten(outputs, [0] * outputs.num_leaves)
             head = f"{(inputs.num_leaves, nested, 'lapack' in program.as_text())}\n".encode()
             with suppress(OSError, BeltError):  # a full or read-only disk keeps none

@@ -1,11 +1,14 @@
 """Programs on disk give the same bits as those compiled now, and are never those of other code."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import jax
 import numpy as np
 import pytest
+from jax.experimental import serialize_executable
 
+from belt_sim import jax_setup
 from belt_sim.effects.base import Effect, effect, library, parameter
 from belt_sim.jax_setup import STORED, StoredProgram, program_key
 from belt_sim.model import MODELS
@@ -61,6 +64,38 @@ def test_a_damaged_file_is_made_anew(folder):
     again = StoredProgram(traced(log), "test")(np.ones(3), {"a": 2.0, "b": 1.0})
     assert np.array_equal(again["sine"], first["sine"])
     assert len(log) == 2
+
+
+def refuse(*_, **__):
+    raise TypeError("another interface")
+
+
+@pytest.fixture
+def asked_again():
+    """Whether JAX can keep programs is asked once a process: here anew."""
+    jax_setup._can_store.cache_clear()
+    yield
+    jax_setup._can_store.cache_clear()
+
+
+@pytest.mark.parametrize("without", ["module", "serialize", "deserialize_and_load"])
+def test_where_jax_cannot_keep_a_program_it_is_compiled_as_usual(folder, monkeypatch, asked_again, without):
+    arguments = np.ones(3), {"a": 2.0, "b": 1.0}
+    log: list = []
+    wanted = StoredProgram(traced(log), "test")(*arguments)  # and keeps it: what is there cannot be read any more
+    parts = SimpleNamespace(**vars(serialize_executable) | {without: refuse})
+    monkeypatch.setattr(jax_setup, "serialize_executable", None if without == "module" else parts)
+    given = StoredProgram(traced(log), "test")(*arguments), StoredProgram(traced(log), "other")(*arguments)
+    assert all(np.array_equal(each["sine"], wanted["sine"]) for each in given)
+    assert len(list(folder.glob("*.program"))) == 1
+
+
+def test_a_program_that_jax_cannot_write_is_used_all_the_same(folder, monkeypatch, asked_again):
+    assert jax_setup._can_store()
+    monkeypatch.setattr(jax_setup, "serialize_executable", SimpleNamespace(serialize=refuse))
+    given = StoredProgram(traced([]), "test")(np.ones(3), {"a": 2.0, "b": 1.0})
+    assert np.array_equal(given["sine"], 2.0 * np.sin(np.ones(3)) + 1.0)
+    assert not folder.exists()
 
 
 def test_code_that_is_not_the_packages_own_is_not_kept(folder):
