@@ -186,7 +186,7 @@ def prepare(space: bool = False) -> None:
 
 def keep_programs(replace: bool = False) -> None:
     """Keep compiled programs under BELT_SIM_CACHE or ~/.cache; where JAX has a cache already, only if ``replace``."""
-    if not replace and jax.config.jax_compilation_cache_dir:
+    if not replace and jax.config.jax_compilation_cache_dir:  # type: ignore[attr-defined]
         return
     folder = os.environ.get("BELT_SIM_CACHE", str(Path.home() / ".cache" / "belt_sim" / "jax"))
     if folder == "off" and not replace:
@@ -200,7 +200,7 @@ def keep_programs(replace: bool = False) -> None:
 def check_environment() -> None:
     """Raise InputError for variables of the user's that JAX cannot work with: XLA ends a process that has a flag which
     it does not know."""
-    if jax.config.jax_disable_jit:
+    if jax.config.jax_disable_jit:  # type: ignore[attr-defined]
         raise InputError("JAX_DISABLE_JIT", "1", "", "belts are compiled; unset it")
     flags = " ".join(flag for flag in os.environ.get("XLA_FLAGS", "").split() if flag not in _FLAGS)
     if not flags:  # none but our own, which this process or the one that started it has set
@@ -251,10 +251,10 @@ def _load(file: Path) -> Callable[..., Any]:
     inputs, outputs, calls_lapack = literal_eval(head.decode())
     if calls_lapack:  # which JAX loads as it lowers what calls it
         jax.jit(jnp.linalg.cholesky).lower(jnp.eye(1))
-    trees = jax.tree.structure(((0,) * inputs, {})), jax.tree.structure(outputs)
+    given, made = jax.tree.structure(((0,) * inputs, {})), jax.tree.structure(outputs)
     try:
         one = jax.devices()[:1]
-        return serialize_executable.deserialize_and_load(program, *trees, execution_devices=one)  # type: ignore[no-any-return]
+        return serialize_executable.deserialize_and_load(program, given, made, execution_devices=one)
     except Exception as error:  # of whatever kind: XLA, pickle and an interface that may change each have their own
         raise ValueError(file) from error
 
@@ -263,8 +263,8 @@ def _load(file: Path) -> Callable[..., Any]:
 def _can_store() -> bool:
     """Whether this JAX writes a program and reads it again; asked before the first program is compiled for the disk."""
     try:
-        content, *trees = serialize_executable.serialize(jax.jit(lambda: 0).lower().compile())
-        serialize_executable.deserialize_and_load(content, *trees, execution_devices=jax.devices()[:1])
+        content, given, made = serialize_executable.serialize(jax.jit(lambda: 0).lower().compile())
+        serialize_executable.deserialize_and_load(content, given, made, execution_devices=jax.devices()[:1])
     except Exception:
         return False
     return True
@@ -306,7 +306,7 @@ class StoredProgram:
         def as_usual() -> Callable[..., Any]:
             return jax.jit(stored_program, compiler_options=known_options(self.effort))
 
-        folder = jax.config.jax_compilation_cache_dir
+        folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
         if self.key is None or not folder or jax.default_backend() != "cpu":
             return as_usual()
         asked = Path(folder) / STORED / _digest(code_hash(), self.key, structure, types, self.effort, *_machine())
@@ -332,7 +332,7 @@ class StoredProgram:
             except Exception:  # JAX cannot write every program
                 return program
             nested = jax.tree.unflatten(outputs, [0] * outputs.num_leaves)
-            head = f"{(inputs.num_leaves, nested, 'lapack' in program.as_text())}\n".encode()
+            head = f"{(inputs.num_leaves, nested, 'lapack' in (program.as_text() or ''))}\n".encode()
             with suppress(OSError, BeltError):  # a full or read-only disk keeps none
                 digest = hashlib.sha256(head + content).digest()
                 write_with(file, lambda path: path.write_bytes(digest + head + content))
