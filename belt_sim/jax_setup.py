@@ -35,7 +35,6 @@ from uuid import uuid4
 import jax
 import jax.numpy as jnp
 import jaxlib
-from jaxlib.mlir.passmanager import PassManager
 
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import code_hash, write_text, write_with
@@ -319,7 +318,11 @@ class StoredProgram:
         name = stored_program.__name__ = stored_program.__qualname__ = f"program_{uuid4().hex}"
         traced = jax.jit(stored_program, keep_unused=True, compiler_options=known_options(self.effort)).lower(*leaves)
         module = traced.compiler_ir()
-        with module.context:  # where operations stand in the code is a third of a program, and a tenth of loading it
+        # where operations stand in the code is a third of a program, and a tenth of loading it; JAX does not document
+        # what leaves it out, so that it stays where that fails
+        with suppress(Exception), module.context:
+            from jaxlib.mlir.passmanager import PassManager
+
             PassManager.parse("builtin.module(strip-debuginfo)").run(module.operation)
         text = traced.as_text().replace(name, "")
         file = asked.with_name(f"{_digest(text, traced.in_tree, traced.out_tree, self.effort, *_machine())}.program")

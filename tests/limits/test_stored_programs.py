@@ -1,5 +1,6 @@
 """Programs on disk give the same bits as those compiled now, and are never those of other code."""
 
+import sys
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -96,6 +97,12 @@ def test_a_program_that_jax_cannot_write_is_used_all_the_same(folder, monkeypatc
     given = StoredProgram(traced([]), "test")(np.ones(3), {"a": 2.0, "b": 1.0})
     assert np.array_equal(given["sine"], 2.0 * np.sin(np.ones(3)) + 1.0)
     assert not folder.exists()
+
+
+def test_without_the_pass_that_leaves_places_out_a_program_is_kept_with_them(folder, monkeypatch):
+    monkeypatch.setitem(sys.modules, "jaxlib.mlir.passmanager", None)
+    StoredProgram(traced([]), "test")(np.ones(3), {"a": 2.0, "b": 1.0})
+    assert len(list(folder.glob("*.program"))) == 1
 
 
 def test_code_that_is_not_the_packages_own_is_not_kept(folder):
