@@ -5,7 +5,7 @@ import difflib
 import re
 import shutil
 import textwrap
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import yaml
@@ -48,17 +48,28 @@ def one_line(error: BaseException, command: str, conf: Path = CONF) -> str:
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
         group, _, name = error.missing_cfg_file.rpartition("/")
         if not group:
-            return f"--config-name = {name}: no such file of conf or --config-dir"
+            place = "of conf or --config-dir; --config-path takes the place of conf, --config-dir adds to it"
+            return f"--config-name = {name}: no such file {place}"
         options = error.options or sorted(p.stem for p in (CONF / group).glob("*.yaml"))
         return f"{group} = {name}: use one of {', '.join(options)}" if options else f"{group}: no such key"
     found = next((e for e in (error, error.__cause__) if getattr(e, "full_key", None)), None)
     key = getattr(found, "full_key", None)
+    group, beside = (key or "").rpartition(".")[0], getattr(found, "parent_node", None)
+    if group and isinstance(beside, Mapping):  # of the model, rig ... that was chosen
+        keys = [f"{group}.{name}" for name in beside]
+    if wrong := re.match(r"Value '(.*)' of type .* could not be converted to (\w+)", str(found)):
+        kinds = {"Integer": "a whole number", "Float": "a number", "Boolean": "true or false"}
+        return f"{key} = {wrong[1]}: give {kinds.get(wrong[2], wrong[2])}"
+    if target := re.search(r"Error locating target '(.*?)'.*full_key: ([\w.]+)", text, re.DOTALL):
+        return f"{target[2]}._target_ = {target[1]}: cannot be imported; name a class of an installed module"
+    if "object_type=RangeSweep" in text:
+        return "range(...): is all of a sweep's values; write them out to add others, as 10,20,30,50"
     if key and "Missing mandatory value" in f"{error} {error.__cause__}":
         meaning = dict(_settings(conf / f"{command}.yaml")).get(f"{key}=...", "").removeprefix("needed: ")
         names = f": {', '.join(sample_campaigns())}" if key == "campaign" else ""
         return f"{key}: is not given; write {key}=..." + (f" ({meaning}{names})" if meaning else "")
     if key and "nterpolation" in f"{type(error).__name__} {type(error.__cause__).__name__}":
-        return f"{key}: {' '.join(str(found).splitlines()[0].split())}"
+        return f"{key}: {' '.join(str(found).splitlines()[0].split())}; name a key that there is"
     said = {
         r"Ambiguous value for argument '(.*)'": "several values are a sweep; add -m, or write a list as [a,b]",
         r"Sweep parameters '(.*)' requires": "several values are a sweep; add -m",
@@ -102,10 +113,14 @@ def known_keys(command: str, conf: Path = CONF) -> list[str]:
 
 
 def nearest(name: str, known: Sequence[str]) -> str:
-    close = difflib.get_close_matches(name, known, n=1)
+    """The name that was meant, of the same group where that is known, else all of them where they are few."""
+    group, _, own = name.rpartition(".")
+    beside = {k.rpartition(".")[2]: k for k in known if group and k.rpartition(".")[0] == group}
+    names = beside or {k: k for k in known}
+    close = difflib.get_close_matches(own if beside else name, names, n=1)
     if close:
-        return f"; did you mean {close[0]}?"
-    return f"; the keys are {', '.join(known)}" if len(known) < 25 else ""
+        return f"; did you mean {names[close[0]]}?"
+    return f"; the keys are {', '.join(names.values())}" if len(names) < 25 else ""
 
 
 def help_text(command: str) -> str:

@@ -248,12 +248,17 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
     while rest:
         argument = rest.pop(0)
         flag, equals, _ = argument.partition("=")
+        if argument.startswith("="):
+            raise BeltError(f"{argument}: has no key; write key=value")
         if not argument.startswith("-"):
             overrides.append(quote_override(argument))
             continue
         if flag not in FLAGS:
             raise BeltError(f"{argument}: no such flag{nearest(flag, list(FLAGS))} (settings are written key=value)")
         flags.append(argument)
+        asked = argument.partition("=")[2] if equals else "".join(rest[:1])
+        if flag in ("-i", "--info") and re.fullmatch(r"[\w-]+", asked) and asked[0] != "-" and asked not in INFO:
+            raise BeltError(f"--info = {asked}: use one of {', '.join(INFO)}")
         if flag in ("-i", "--info") and not equals:
             flags[-1] = f"--info={rest.pop(0) if rest and rest[0] in INFO else 'all'}"
         elif FLAGS[flag] and not equals:

@@ -34,7 +34,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from belt_sim.commands import COMMANDS, OUTPUT, known_keys, nearest, one_line
-from belt_sim.errors import BeltError, InputError
+from belt_sim.errors import BeltError, InputError, whole
 from belt_sim.io import (
     CONF,
     DRAFTS,
@@ -373,11 +373,21 @@ class Sweep(Callback):
         nothing to seek: Hydra only warns of what a callback raises."""
         folder = Path(config.hydra.sweep.dir)
         try:
+            if self.stop_after is not None:
+                whole("hydra.callbacks.sweep.stop_after", self.stop_after, otherwise="null or ")
             if OmegaConf.select(config, "hydra.sweeper.direction") is not None:
-                if OmegaConf.select(config, "objective") is None:
+                objective = OmegaConf.select(config, "objective")
+                if objective is None:
                     remedy = "a search makes a number small: state it, as "
                     remedy += "objective={start: 10, within: 0.5, beyond: 0.2}"
                     raise InputError("objective", "null", "", remedy)
+                prepare_jax(OmegaConf.select(config, "engine") not in (None, *ON_ONE_CORE))
+                from belt_sim.commands.cases import CentringGoal
+
+                with suppress(OmegaConfBaseException):  # raised for what the trials have yet to fill in
+                    if OmegaConf.is_config(objective):
+                        objective = OmegaConf.to_container(objective, resolve=True, throw_on_missing=True)
+                    CentringGoal.from_setting(objective)
                 import optuna
 
                 optuna.logging.set_verbosity(optuna.logging.WARNING)

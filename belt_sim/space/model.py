@@ -170,7 +170,7 @@ class SpaceModel:
                 own |= {"scene_path": scene_path, "contact": self.contact}
                 return run_native(driven, edited=self.scene, **own)
             wanted = {"watch": self.engine not in WATCHED and bool(observers)}
-            wanted |= {"model.contact": self.contact != CONTACTS[0]}
+            wanted |= {f"model.contact = {self.contact}": self.contact != CONTACTS[0]}
             for name in (name for name, asked in wanted.items() if asked):
                 raise CannotRepresent(f"{name}: engine={self.engine} cannot do this; use engine=native")
             return batch_engine(self.engine).simulate(driven, **own)

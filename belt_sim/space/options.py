@@ -105,13 +105,15 @@ class Options:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if isinstance(value, float) and not (value > 0.0 or (value == 0.0 and field.name in _MAY_BE_ZERO)):
-                raise InputError(f"model.{field.name}", value, "", "give a positive number")
+            zero = field.name in _MAY_BE_ZERO
+            if isinstance(value, float) and not (value > 0.0 or (value == 0.0 and zero)):
+                remedy = "give 0 or a positive number" if zero else "give a positive number"
+                raise InputError(f"model.{field.name}", value, _UNITS.get(field.name, ""), remedy)
         known = "longitudinal" in self.bonds and set(self.bonds) <= set(BONDS)
         across, speed = self.across, self.belt_speed
         for name, right, unit, remedy in (
-            ("across", across >= 1 and int(across) == across, "nodes", "give 1 (rope), 2 or more"),
-            ("steps", self.steps >= 1, "", "give 1 or more"),
+            ("across", across >= 1 and across % 1 == 0, "nodes", "give 1 (rope), 2 or more, a whole number"),
+            ("steps", self.steps >= 1 and self.steps % 1 == 0, "", "give a whole number, 1 or more"),
             ("belt_speed", not isinstance(speed, str) or speed == AS_THE_CASE, "",
              f"give m/s, {AS_THE_CASE}, or leave it out"),
             ("tensioning", self.tensioning in TENSIONINGS, "", f"choose one of {', '.join(TENSIONINGS)}"),
@@ -126,13 +128,17 @@ class Options:
         known, given = {f.name: f.default for f in fields(Options)}, dict[str, Any]()
         for key, value in settings.items():
             if key not in known:
-                raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}")
+                raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}, contact, scene")
             if value is None:
                 continue
-            kind: Any = type(known[key]) if known[key] is not None else str if isinstance(value, str) else float
+            in_words = key == "belt_speed" and isinstance(value, str)
+            kind: Any = type(known[key]) if known[key] is not None else str if in_words else float
             number = isinstance(value, (int, float)) and not isinstance(value, bool)
             if not (isinstance(value, (list, tuple)) if kind is tuple else number or kind is str):
-                raise InputError(f"model.{key}", value, "", "give a list" if kind is tuple else "give a number")
+                remedy = "give a list" if kind is tuple else "give a number"
+                raise InputError(f"model.{key}", value, _UNITS.get(key, ""), remedy)
+            if kind is int and value % 1 != 0:
+                raise InputError(f"model.{key}", value, _UNITS.get(key, ""), "give a whole number")
             given[key] = tuple(map(str, value)) if kind is tuple else kind(value)
         return Options(**given)
 
@@ -178,6 +184,11 @@ def refuse_sliding_limp(belt: str, options: Options, parts: SceneParts) -> None:
 
 
 _MAY_BE_ZERO = ("friction", "run_in", "settle", "damping")
+_UNITS = {
+    **dict.fromkeys(("dx", "run_in", "sample", "frame"), "m"),
+    **dict.fromkeys(("dt", "settle", "yaw_time"), "s"),
+    **{"belt_speed": "m/s", "acceleration": "m/s2", "damping": "1/s", "across": "nodes"},
+}
 
 
 #: String speed over belt speed. Landings shake the spans; at a 35th of it sag and tension stay within 1 %.

@@ -7,6 +7,7 @@ import pytest
 import yaml
 
 from belt_sim.commands.cli import run_command
+from belt_sim.io import CONF
 
 ROPE = ("model=rope", "travel=2", "pictures=false")
 
@@ -115,21 +116,31 @@ WRONG = [
     (["-m", "tension=interval(7,10)"], "is for a search; add hydra/sweeper=optuna"),
     (["--config-dir", "nowhere"], "nowhere: no such folder"),
     (["--config-name", "nowhere"], "--config-name = nowhere: no such file"),
+    (["--config-path", str(CONF / "rig"), "--config-name", "simulate"], "--config-path takes the place of conf"),
     (["hydra.run.dir="], "hydra.run.dir = : is empty; name a folder"),
     (["+tension=3"], "tension"),
     (["tension = 10"], "tension = 10: write key=value"),
     (["~tensoin"], "tensoin"),
     (["hydra/launcher=slurm"], "use one of basic, batches, joblib"),
     (["hydra.launcher.n_jobs=2"], "hydra.launcher.n_jobs: no such key"),
-    (["tension=${nowhere}"], "tension: Interpolation key 'nowhere' not found"),
+    (["tension=${nowhere}"], "tension: Interpolation key 'nowhere' not found; name a key that there is"),
     (["model.step=${step}"], "model.step: Interpolation key 'step' not found"),
     (["--cfg"], "--cfg: needs a value"),
+    (["--info", "bogus"], "--info = bogus: use one of all, config"),
+    (["=5"], "=5: has no key; write key=value"),
+    (["+hydra.callbacks.my._target_=nomodule.Say"], "my._target_ = nomodule.Say: cannot be imported"),
+    (["-m", "tension=range(10,31,10),50"], "write them out to add others"),
+    (["hydra/launcher=joblib", "hydra.launcher.n_jobs=two"], "hydra.launcher.n_jobs = two: give a whole number"),
+    (["model=mujoco_flex", "model.fricton=0.2"], "model.fricton: no such key; did you mean model.friction?"),
+    (["model=mujoco_flex", "model.control=true"], "model.control: no such key; the keys are model.name, model.dx"),
+    (["hydra.callbacks.sweep.stop_after=0", "-m", "tension=-1,-2"], "stop_after = 0: give null or a whole number"),
+    (["hydra.callbacks.sweep.stop_after=two", "-m", "tension=-1,-2"], "stop_after = two: give null or a whole number"),
     (["--resolve", "--run", "-m"], "give one of them"),
     (["-m", "model=strip,nonsense"], "model = nonsense: use one of"),
 ]
 
 
-@pytest.mark.parametrize(("typed", "says"), WRONG, ids=[" ".join(t) for t, _ in WRONG])
+@pytest.mark.parametrize(("typed", "says"), WRONG, ids=[s for _, s in WRONG])
 def test_an_error_of_hydra_is_one_line(typed, says, mine, capsys):
     assert run_command(["simulate", *typed]) == 1
     err = capsys.readouterr().err

@@ -23,6 +23,14 @@ def test_the_best_of_a_few_runs_is_the_best_of_what_they_left(belt):
     assert set(best["best_params"]) == {f"steering.{n}" for n in ("first", "turn", "second", "over")}
 
 
+@pytest.mark.parametrize("wrong", ["objective=3", "objective={start: 10, wihtin: 1, beyond: 0}"])
+def test_an_objective_that_cannot_be_is_told_before_the_first_trial(belt, wrong):
+    answer = belt.simulate("hydra/sweeper=optuna", "hydra.sweeper.n_trials=2", wrong, "-m", "tension=interval(10,20)")
+    assert answer.status == 1
+    assert "write {start: mm, within: mm, beyond: mm}" in answer.err
+    assert not list(belt.folder.glob("*"))
+
+
 def test_an_objective_that_cannot_be_is_told_in_one_line(belt):
     answer = belt.simulate("objective=fast")
     assert answer.status == 1

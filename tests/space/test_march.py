@@ -55,7 +55,7 @@ def test_a_batch_is_beside_mujoco_and_each_case_by_itself():
 
 
 def test_what_it_cannot_do_is_said_in_a_line():
-    with pytest.raises(CannotRepresent, match=r"model\.contact: engine=quasi_static cannot do this"):
+    with pytest.raises(CannotRepresent, match=r"model\.contact = mujoco: engine=quasi_static cannot do this"):
         bs.simulate(model={"name": "mujoco_flex", "contact": "mujoco"}, engine="quasi_static", travel=1.0)
 
 

@@ -31,6 +31,24 @@ def test_every_option_stands_in_the_configuration_and_nothing_else(belt):
     assert (model.belt, model.options) == (belt, Options())
 
 
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ({"across": 2.5}, "model.across = 2.5 nodes: .* whole"),
+        ({"steps": 1.5}, "model.steps = 1.5: .* whole"),
+        ({"steps": float("inf")}, "model.steps = inf: .* whole"),
+        ({"dx": 0.0}, "model.dx = 0.0 m: give a positive"),
+        ({"friction": -1}, "model.friction = -1.0: give 0 or a positive"),
+        ({"dt": "short"}, "model.dt = short s: give a number"),
+        ({"tail_mass": 3}, "use one of dx, .*, steps, contact, scene"),
+    ],
+)
+def test_an_option_that_cannot_be_is_refused_with_its_unit(given, says):
+    with pytest.raises(InputError, match=says):
+        Options.from_settings(given)
+    assert type(Options.from_settings({"steps": 3.0}).steps) is int
+
+
 def at_speed(speed, tension=60.0):
     case = paper_case(tension)
     return replace(case, settings=replace(case.settings, speed=speed))
