@@ -193,8 +193,11 @@ def group_from(kind: str, asked: Any) -> Any:
 
 def check_switches(command: str, config: Mapping[str, Any]) -> None:
     """Raise InputError for the first key that is left out, and for a switch (true or false in conf) that is neither."""
-    for key, standard in _file(f"{command}.yaml").items():
-        if key not in config and key != "defaults":
+    settings = dict(_file(f"{command}.yaml"))
+    for entry in settings.pop("defaults", ()):
+        settings |= entry if isinstance(entry, Mapping) else {}  # its groups
+    for key, standard in settings.items():
+        if key not in config:
             raise BeltError(f"{key}: is left out, and {command} needs it; give it a value, {key}=...")
         if isinstance(standard, bool):
             flag(key, config[key])

@@ -85,6 +85,8 @@ def one_line(error: BaseException, command: str, conf: Path = CONF) -> str:
     for pattern, remedy in said.items():
         if match := re.search(pattern, text):
             name = key or match.group(1)
+            if "Could not delete" in pattern and name in keys:
+                return f"{name}: is null, and so left out already"
             near = nearest(name, [k for k in keys if k != name]) if remedy == "no such key" else ""
             return f"{name or 'interval(...)'}: {remedy}{near}"
     if key:

@@ -10,6 +10,7 @@ import re
 import sys
 import time
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from functools import partial, update_wrapper
 from hashlib import sha256
 from importlib.metadata import version
@@ -175,6 +176,9 @@ def run_hydra(command: str, settings: Sequence[str]) -> int:
         status = apply_hydra(f"belt-sim {command}", task, command, [*flags, *named, *overrides])
     finally:
         end_sweep()
+        for path, content in at_work.pop("notes", {}).items():  # of the folder's last run, whose result stays
+            with suppress(OSError):
+                path.write_bytes(content)
     if "crash" in at_work:
         raise at_work.pop("crash")
     status = status or int(bool(at_work.get("failures")))
@@ -278,14 +282,11 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
         groups = any((place / added).is_dir() for place in (CONF, *map(Path, own))) or "hydra.searchpath=" in "".join(
             overrides
         )
-        if argument.startswith("+") and not (added.split(".")[0].split("/")[0] in OPEN or groups):
-            raise BeltError(f"{argument}: no such key{nearest(added, known_keys(command))}")
+        there = argument.startswith("++") and added in known  # adds, or changes what is there
+        if argument.startswith("+") and not (added.split(".")[0].split("/")[0] in OPEN or groups or there):
+            raise BeltError(f"{argument}: no such key{nearest(added, known)}")
         if key.lstrip("+") in ("hydra.run.dir", "hydra.sweep.dir") and value in ("", "''", '""', "null"):
             raise InputError(key, value, "", "is empty; name a folder")
-        if re.search(r"sort\(.*range\([^)]*,\s*-", value):
-            raise BeltError(
-                f"{argument}: Hydra sorts a range that runs down wrongly; write it upwards, as range(10,41,10)"
-            )
     return flags, overrides
 
 
@@ -330,8 +331,9 @@ def _complain(message: str, status: int = 1) -> int:
 
 def complete(asked: Sequence[str]) -> int:
     """Hydra's shell completion: install=bash, or query=bash for the line that the shell hands over."""
-    words, command = os.environ.get("COMP_LINE", "").split(), "simulate"
-    if "query=" in asked[0] and words[2:] == [] and not os.environ.get("COMP_LINE", "").endswith(f"{words[-1]} "):
+    line, command = os.environ.get("COMP_LINE", ""), "simulate"
+    words = line.split()
+    if "query=" in asked[0] and (len(words) < 2 or (len(words) == 2 and not line.endswith(" "))):
         print(*COMMANDS)
         return 0
     if "query=" in asked[0]:

@@ -27,7 +27,10 @@ from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
 
+from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException
 from hydra.experimental.callback import Callback
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
@@ -164,6 +167,7 @@ class RunDir:
             files |= {name: file_hash(self.path / name) for name in beside if (self.path / name).is_file()}
             content = {"schema": SCHEMA, "command": self.command, "config_sha256": config_hash(self.config)}
             write_json(record, {**content, "code_sha256": code_hash(), "inputs": read, "files": files})
+            at_work.pop("notes", None)  # Hydra's own of today hold from now on
             for name in names:
                 place = self.path / name
                 try:
@@ -221,7 +225,8 @@ def run_task(config: DictConfig, *, command: str, computed: Any = None) -> float
     many, nothing = hydra.mode == RunMode.MULTIRUN, None
     if many and (direction := OmegaConf.select(hydra, "sweeper.direction")) is not None:
         nothing = -inf if "maximize" in str(direction) else inf
-    if many and failing_alike(hydra):
+    if many and (why := failing_alike(hydra)):
+        note_end(hydra, "", why)
         return nothing
     run: RunDir | None = None
     failure, value = "", None
@@ -229,6 +234,7 @@ def run_task(config: DictConfig, *, command: str, computed: Any = None) -> float
         run = RunDir.of_hydra(config, hydra, command)
         note_end(hydra, run.path.name, LOST) if many else None
         value = run.carry_out(computed)
+        at_work.pop("notes", None)
     except BeltError as error:
         failure = str(error)
     except OSError as error:
@@ -368,13 +374,22 @@ class Sweep(Callback):
     def __init__(self, stop_after: int | None = 5) -> None:
         self.stop_after = stop_after
 
+    def on_run_start(self, config: DictConfig, **kwargs: Any) -> None:
+        """Keep the notes of the folder's last run, over which Hydra writes before a run is refused or fails."""
+        with _end_process_where_refused(), suppress(OSError, TypeError, OmegaConfBaseException):
+            refuse_chdir(config)
+            notes = Path(config.hydra.run.dir) / config.hydra.output_subdir
+            at_work["notes"] = {path: path.read_bytes() for path in notes.glob("*.yaml")}
+
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
-        """Lock the folder and begin its notes; end the process where another sweep is at work there, or a search has
-        nothing to seek: Hydra only warns of what a callback raises."""
+        """Lock the folder and begin its notes; end the process where another sweep is at work there, values are none or
+        wrong, or a search has nothing to seek."""
         folder = Path(config.hydra.sweep.dir)
-        try:
+        with _end_process_where_refused():
+            refuse_chdir(config)
             if self.stop_after is not None:
                 whole("hydra.callbacks.sweep.stop_after", self.stop_after, otherwise="null or ")
+            refuse_wrong_ranges(config)
             if OmegaConf.select(config, "hydra.sweeper.direction") is not None:
                 objective = OmegaConf.select(config, "objective")
                 if objective is None:
@@ -397,13 +412,47 @@ class Sweep(Callback):
             lock = _lock(folder / CASES, "hydra.sweep.dir", folder, remedy)
             lock.truncate(0)
             at_work.update(config=config, lock=lock)
-        except BeltError as error:
-            print(f"belt-sim: {error}", file=sys.stderr)
-            sys.exit(1)
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
         """Write the table and pictures."""
         end_sweep()
+
+
+@contextmanager
+def _end_process_where_refused() -> Iterator[None]:
+    """Hydra only warns of what a callback raises."""
+    try:
+        yield
+    except BeltError as error:
+        print(f"belt-sim: {error}", file=sys.stderr)
+        sys.exit(1)
+
+
+def refuse_chdir(config: DictConfig) -> None:
+    """Raise InputError where Hydra is to change the folder, from which results and the user's files are named."""
+    if config.hydra.job.chdir:
+        raise InputError("hydra.job.chdir", "true", "", "files are named from the current folder; leave it out")
+
+
+def refuse_wrong_ranges(config: DictConfig) -> None:
+    """Raise InputError for a sweep of no values, and for a range that Hydra's sort() makes one of other numbers."""
+    params = OmegaConf.select(config, "hydra.sweeper.params") or {}
+    typed = [*(f"{key}={value}" for key, value in params.items()), *config.hydra.overrides.task]
+    try:
+        parser = OverridesParser.create(config_loader=GlobalHydra.instance().config_loader())
+        given = {parsed.get_key_element(): parsed for parsed in parser.parse_overrides(typed)}
+        for key, sweep in given.items():
+            if not sweep.is_discrete_sweep():
+                continue
+            text, values = str(sweep.input_line).partition("=")[2], sorted(map(str, sweep.sweep_iterator()))
+            if not values:
+                raise InputError(key, text, "", "a sweep of no values; give one at least")
+            inner = re.search(r"range\((?:[^()]|\([^()]*\))*\)", text) if "sort(" in text else None
+            bare = parser.parse_override(f"x={inner.group()}") if inner else sweep
+            if bare.is_range_sweep() and sorted(map(str, bare.sweep_iterator())) != values:
+                raise InputError(key, text, "", "Hydra sorts this range wrongly; write it upwards, as range(10,41,10)")
+    except HydraException:  # which the sweeper says
+        return
 
 
 def note_end(hydra: DictConfig, name: str, failure: str) -> None:
@@ -444,7 +493,8 @@ def end_sweep() -> None:
     if config is None:
         return
     folder = Path(config.hydra.sweep.dir)
-    cases = [case for _, case in sorted({case["number"]: case for case in noted_cases(config.hydra)}.items())]
+    ends, why = {case["number"]: case for case in noted_cases(config.hydra)}, failing_alike(config.hydra)
+    cases = [case for _, case in sorted(ends.items()) if not why or case["failed"] != why]
     failures = [case["failed"] for case in cases if case["failed"]]
     at_work.setdefault("failures", []).extend(failures)
     best = folder / "optimization_results.yaml"

@@ -15,6 +15,7 @@ def replies(line: str, monkeypatch, capsys) -> list[str]:
 @pytest.mark.parametrize(
     ("line", "offered", "more"),
     [
+        ("belt-sim ", ["simulate", "new-effect"], True),
         ("belt-sim sim", ["simulate", "export", "map"], True),  # bash itself picks those that fit
         ("belt-sim simulate ten", ["tension="], False),
         ("belt-sim simulate tension=10 rig.centre", ["rig.centre_distance="], False),

@@ -49,7 +49,10 @@ def test_a_rig_of_ones_own_under_a_name(mine):
 
 def test_hydra_notes_what_it_ran(mine):
     assert run_command(["simulate", *ROPE, "hydra.run.dir=a"]) == 0
+    assert run_command(["simulate", *ROPE, "tension=-3", "hydra.run.dir=a"]) == 1  # it leaves the result and its notes
     assert noted(mine / "a", "overrides") == list(ROPE)
+    assert run_command(["simulate", *ROPE, "++tension=11", "hydra.run.dir=a"]) == 0
+    assert noted(mine / "a", "config")["tension"] == 11
     assert noted(mine / "a", "hydra")["hydra"]["job"]["name"] == "simulate"
     assert run_command(["simulate", "-m", *ROPE, "tension=30,40", "hydra.sweep.dir=s"]) == 0
     assert (mine / "s" / "multirun.yaml").is_file()
@@ -113,6 +116,16 @@ def test_a_sweep_by_settings_alone(mine):
 
 WRONG = [
     (["-m", "tension=sort(range(40,5,-10))"], "write it upwards"),
+    (["-m", "tension=sort(range(10,41,10),reverse=true)"], "write it upwards"),
+    (["-m", "tension=sort(range(start=40,stop=9,step=-10))"], "write it upwards"),
+    (["hydra.mode=MULTIRUN", "hydra.sweeper.params={tension: 'sort(range(40,9,-10))'}"], "write it upwards"),
+    (["-m", "tension=range(30,9)"], "tension = range(30,9): a sweep of no values"),
+    (["-m", "tension=glob(*)"], "a sweep of no values"),
+    (["-m", "tension=10,20", "hydra.job.chdir=true"], "hydra.job.chdir = true: files are named from"),
+    (["hydra.job.chdir=true"], "hydra.job.chdir = true: files are named from"),
+    (["~model"], "model: is left out, and simulate needs it"),
+    (["~effects"], "effects: is null, and so left out already"),
+    (["++tensoin=3"], "did you mean tension?"),
     (["-m", "tension=interval(7,10)"], "is for a search; add hydra/sweeper=optuna"),
     (["--config-dir", "nowhere"], "nowhere: no such folder"),
     (["--config-name", "nowhere"], "--config-name = nowhere: no such file"),
@@ -192,10 +205,16 @@ def test_a_key_given_twice_is_told_where_it_ran(typed, told, mine, capsys):
     assert capsys.readouterr().out.count("was given twice") == told
 
 
-def test_a_sweep_whose_first_cases_fail_alike_stops(mine, capsys):
+@pytest.mark.parametrize("launcher", ["batches", "basic"])
+def test_a_sweep_whose_first_cases_fail_alike_stops(launcher, mine, capsys):
     cases = "yaw=[9],[8],[7],[6],[5],[4],[3]"  # one reason for all
     most = "hydra.callbacks.sweep.stop_after=3"
-    assert run_command(["simulate", "-m", *ROPE, cases, most, "hydra.sweep.dir=s", "belt.width=-1"]) == 1
+    assert (
+        run_command(
+            ["simulate", "-m", *ROPE, cases, most, f"hydra/launcher={launcher}", "hydra.sweep.dir=s", "belt.width=-1"]
+        )
+        == 1
+    )
     first, last = capsys.readouterr().err.splitlines()
     assert first.startswith("belt-sim: belt.width = -1 m")
     assert last.startswith("belt-sim: the first 3 cases failed alike")
