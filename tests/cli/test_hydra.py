@@ -118,7 +118,7 @@ WRONG = [
     (["-m", "tension=sort(range(40,5,-10))"], "write it upwards"),
     (["-m", "tension=sort(range(10,41,10),reverse=true)"], "write it upwards"),
     (["-m", "tension=sort(range(start=40,stop=9,step=-10))"], "write it upwards"),
-    (["hydra.mode=MULTIRUN", "hydra.sweeper.params={tension: 'sort(range(40,9,-10))'}"], "write it upwards"),
+    (["hydra.mode=MULTIRUN", "hydra.sweeper.params={tension: 'sort(range(40,9,step=-10))'}"], "write it upwards"),
     (["-m", "tension=range(30,9)"], "tension = range(30,9): a sweep of no values"),
     (["-m", "tension=glob(*)"], "a sweep of no values"),
     (["-m", "tension=10,20", "hydra.job.chdir=true"], "hydra.job.chdir = true: files are named from"),
