@@ -49,24 +49,18 @@ CURVES = "[data-name={}] .scatterlayer path.js-line"
 
 @contextmanager
 def serve_app() -> Iterator[str]:
-    """The address of an app that writes into a folder which goes with it."""
+    """The address, with its token, of an app that writes into a folder which goes with it."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "belt_sim", "app", "open=false", f"hydra.run.dir={folder}"]
         process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+        said = map(re.compile(r"http://127\.0\.0\.1:\d+/\?token=[\w-]+").search, process.stdout or ())
         try:
-            yield _address(process)
+            if (found := next(filter(None, said), None)) is None:
+                raise InputError("app", "ended", "", "it needs NiceGUI: pip install 'belt-sim[app]'")
+            yield found.group()
         finally:
             process.send_signal(signal.SIGINT)
             process.wait(30)
-
-
-def _address(process: subprocess.Popen) -> str:
-    """The address of the app with its token."""
-    assert process.stdout is not None
-    for line in process.stdout:
-        if found := re.search(r"http://127\.0\.0\.1:\d+/\?token=[\w-]+", line):
-            return found.group(0)
-    raise InputError("app", "ended", "", "it needs NiceGUI: pip install 'belt-sim[app]'")
 
 
 def simulate(page: Any, address: str) -> Any:

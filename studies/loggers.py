@@ -59,12 +59,8 @@ def loggers(config: dict[str, Any]) -> None:
         cells = [";".join(f"{x:.{d}f}" for x, d in zip(row, DIGITS, strict=True)) for row in rows]
         top = f"Messung: Bandlauf, Prüfstand 2\nLauf Nr.: {k}\n\n"
         text = top + "\n".join([HEADER, *(c.replace(".", ",") for c in cells), ""])
-        put = partial(_put, data=text.replace("\n", "\r\n").encode("cp1252"))
+        put = partial(Path.write_bytes, data=text.replace("\n", "\r\n").encode("cp1252"))
         print(write_with(Path(config["out"]) / f"lauf_{k:02d}.csv", put))
-
-
-def _put(path: Path, data: bytes) -> None:
-    path.write_bytes(data)
 
 
 if __name__ == "__main__":

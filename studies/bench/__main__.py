@@ -1,24 +1,18 @@
-"""What commands cost: ``python -m studies.bench [only=WORDS] [base=CHECKOUT] [at_once=7] [picture=FILE]``.
-
-``stages=CAMPAIGN,MODEL`` prints the CPU time of every stage of one diagnosis instead.
+"""What commands cost: ``python -m studies.bench [only=WORDS] [base=CHECKOUT] [picture=FILE]``.
 
 base: a checkout of an earlier version, which answers the same rows beside this one; only: the rows whose names contain
-these words; at_once: rows at a time, on two cores each of a machine with many idle ones. The table is
-also written to outputs/bench/bench.json.
+these words. The table is also written to outputs/bench/bench.json.
 """
 
 import os
 import platform
 import sys
-import tempfile
-import time
 from pathlib import Path
 from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
-import belt_sim as bs
 from belt_sim.io import ROOT, provenance, write_json, write_with
 from belt_sim.jax_setup import prepare
 from studies.application import show_help
@@ -32,13 +26,10 @@ def main() -> None:
     """Measure, print, write."""
     options = dict(argument.split("=", 1) for argument in sys.argv[1:])
     prepare()
-    if "stages" in options:
-        _print_stages(*options["stages"].split(","))
-        return
     console, only = Console(width=150), options.get("only", "")
     trees = (ROOT, *([Path(options["base"]).resolve()] if "base" in options else []))
     found: list[dict[str, Any]] = []
-    for row in measure(only, trees, int(options.get("at_once", 1))):
+    for row in measure(only, trees):
         found.append(row)
         print(f"{row['row']}: {row['cpu_s']:.2f} CPU s ({row['tree']})", file=sys.stderr)
     console.print(_commands(found))
@@ -47,26 +38,6 @@ def main() -> None:
     console.print(str(write_json(FILE, content | {"provenance": provenance()})))
     if "picture" in options:
         write_with(Path(options["picture"]), lambda path: _draw(path, found))
-
-
-def _print_stages(campaign: str, model: str) -> None:
-    """Print the CPU time and its share of every stage of a diagnosis, and of its report, in one process."""
-    from belt_sim.api.plot import write_diagnosis  # it begins JAX: after prepare()
-
-    times = [("importing", time.process_time())]
-
-    def note(_: int, stage: str) -> None:
-        times.append((stage or times[-1][0], time.process_time()))
-
-    note(0, "reading")
-    found = bs.diagnose(campaign, model, progress=note, shown=lambda _: note(0, "limits, next runs"))
-    note(0, "report and its pictures")
-    with tempfile.TemporaryDirectory() as folder:
-        write_diagnosis(Path(folder), found, pictures=True)
-    table, (last, total) = Table("stage", "CPU [s]", "share"), ("", time.process_time())
-    for (stage, begun), (_, ended) in zip([("importing", 0.0), *times[1:]], [*times[1:], (last, total)], strict=True):
-        table.add_row(stage, f"{ended - begun:.2f}", f"{(ended - begun) / total:.0%}")
-    Console().print(table)
 
 
 def _commands(found: list[dict[str, Any]]) -> Table:

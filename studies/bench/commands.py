@@ -1,14 +1,12 @@
 """What commands cost from the shell to their files: wall and CPU time, memory, programs traced and compiled."""
 
 import os
-import queue
 import re
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -36,7 +34,6 @@ begun = time.process_time()
 bs.simulate(model="strip", tension=11)
 print("again", time.process_time() - begun)
 """
-CORES = 2  # of a row, where several are measured at once
 
 
 @dataclass(frozen=True)
@@ -73,9 +70,8 @@ ROWS = (
 )
 
 
-def measure(only: str = "", trees: tuple[Path, ...] = (ROOT,), rows_at_once: int = 1) -> Iterator[dict[str, Any]]:
-    """Yield one measurement for each row whose name contains ``only`` and each checkout of ``trees``, which a row asks
-    in turn; rows_at_once: on a machine with many idle cores, each row on CORES of its own."""
+def measure(only: str = "", trees: tuple[Path, ...] = (ROOT,)) -> Iterator[dict[str, Any]]:
+    """Yield one measurement for each row whose name contains ``only`` and each checkout of ``trees``."""
     with tempfile.TemporaryDirectory() as name:
         place = Path(name)
         rows = [row for row in ROWS if only in row.name]
@@ -84,27 +80,15 @@ def measure(only: str = "", trees: tuple[Path, ...] = (ROOT,), rows_at_once: int
                 write_campaign(
                     make_campaign(hidden=[hidden], base="strip", seed=number + 1, plan=plan)[0], place / made
                 )
-        free = queue.SimpleQueue[set[int]]()
-        for first in range(0, CORES * rows_at_once, CORES):
-            free.put(set(range(first, first + CORES)) if rows_at_once > 1 else set())
-
-        def measure_row(row: Row) -> list[dict[str, Any]]:
-            own, found = free.get(), []
+        for row in rows:
             for tree in trees:
                 if not row.cold and row.name != "--help":
-                    _call(row, tree, place, own)  # compiles what is to be on disk
-                found.append({"row": row.name, "tree": str(tree)} | _call(row, tree, place, own))
-            free.put(own)
-            return found
-
-        with ThreadPoolExecutor(rows_at_once) as pool:
-            for found in pool.map(measure_row, rows):
-                yield from found
+                    _call(row, tree, place)  # compiles what is to be on disk
+                yield {"row": row.name, "tree": str(tree)} | _call(row, tree, place)
 
 
-def _call(row: Row, tree: Path, place: Path, own: set[int]) -> dict[str, Any]:
-    """Run a command once with the code of ``tree``, on some cores of its own (all, where none are named); CPU time and
-    memory are those of its whole process tree."""
+def _call(row: Row, tree: Path, place: Path) -> dict[str, Any]:
+    """Run a command once with the code of ``tree``; CPU time and memory are those of its whole process tree."""
     with tempfile.TemporaryDirectory() as folder:
         environment = os.environ | {"PYTHONPATH": str(tree), "JAX_LOG_COMPILES": "1"}
         environment |= {"BELT_SIM_CACHE": f"{folder}/programs"} if row.cold else {}
@@ -112,7 +96,6 @@ def _call(row: Row, tree: Path, place: Path, own: set[int]) -> dict[str, Any]:
             f"campaign={place / made}" if (made := a.removeprefix("campaign=")) in MADE else a for a in row.arguments
         ]
         command = [sys.executable, *(["-m", "belt_sim", *arguments] if arguments else ["-c", AGAIN])]
-        command = ["taskset", "-c", ",".join(map(str, sorted(own))), *command] if own else command
         with (Path(folder) / "out").open("w") as out:
             begun = time.perf_counter()
             process = subprocess.Popen(command, cwd=folder, env=environment, stdout=out, stderr=out)

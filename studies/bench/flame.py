@@ -26,14 +26,13 @@ runpy.run_module("belt_sim", run_name="__main__", alter_sys=True)
 """
 RATE = 50  # samples a second
 DEPTH, LEAST = 16, 0.004  # rows that are drawn, and the least share of a box
-LIBRARIES = {"imports", "jax", "jaxlib", "numpy", "scipy", "matplotlib", "pandas", "rerun"}
+LIBRARIES = {"jax", "jaxlib", "numpy", "scipy", "matplotlib", "pandas", "rerun"}
 HIDDEN = {"__call__", "call", "<lambda>", "<listcomp>", "<dictcomp>", "<genexpr>", "<module>", "in_style", "main"}
-HIDDEN |= {"run_command", "run_hydra", "apply_hydra", "run_task", "carry_out", "diagnose_command"}
-HIDDEN |= {"run", "run_alone", "_run_composed"}  # the same in earlier versions
+HIDDEN |= {"run_command", "run_hydra", "apply_hydra", "run_task", "carry_out", "diagnose_command", "run"}
 
 
 def record(tree: Path, campaign: str, model: str) -> tuple[Counter[tuple[str, ...]], float]:
-    """Stacks of the package's own functions with their samples, and CPU seconds of the whole process tree."""
+    """Samples of every stack of the package's own functions, with the library in which it ends; and CPU seconds."""
     spied = ["py-spy", "record", "-r", str(RATE), "-f", "raw", "-o", "stacks", "--", sys.executable, "-c", TIMED]
     command, found = [*spied, "diagnose", f"campaign={campaign}", f"model={model}"], Counter[tuple[str, ...]]()
     with tempfile.TemporaryDirectory() as folder:
@@ -41,21 +40,18 @@ def record(tree: Path, campaign: str, model: str) -> tuple[Counter[tuple[str, ..
         subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True)
         seconds = float((Path(folder) / "cpu").read_text())
         for line in (Path(folder) / "stacks").read_text().splitlines():
-            frames, _, count = line.rpartition(" ")
-            found[own_stack(frames.split(";"))] += int(count)
+            called, _, count = line.rpartition(" ")
+            frames = called.split(";")
+            own = [f for f in frames if re.search(r"\((\S*/)?belt_sim/", f)]
+            names = [f.partition(" (")[0].rpartition(".")[2] for f in own]
+            stack = [n for k, n in enumerate(names) if n not in HIDDEN and (not k or n != names[k - 1])]
+            last = re.sub(r".*?\((?:\S*site-packages/)?", "", frames[-1]).partition("/")[0]
+            if any("importlib" in f for f in frames):
+                stack = ["imports"]
+            elif last in LIBRARIES:
+                stack.append(last)
+            found[tuple(stack) or ("Python",)] += int(count)
     return found, seconds
-
-
-def own_stack(frames: list[str]) -> tuple[str, ...]:
-    """The package's own functions of a stack of py-spy, and the library in which it ends."""
-    own = [k for k, f in enumerate(frames) if re.search(r"\((\S*/)?belt_sim/", f)]
-    names = [frames[k].partition(" (")[0].rpartition(".")[2] for k in own]
-    stack = [n for k, n in enumerate(names) if n not in HIDDEN and (not k or n != names[k - 1])]
-    last = re.sub(r".*?\((?:\S*site-packages/)?", "", frames[-1])
-    library = "imports" if any("importlib" in f for f in frames) else last.partition("/")[0]
-    if library in LIBRARIES:
-        stack = ["imports"] if library == "imports" else [*stack, library]
-    return tuple(stack) or ("Python",)
 
 
 def draw(axes: Axes, stacks: Counter[tuple[str, ...]], seconds: float, longest: float) -> None:

@@ -22,25 +22,19 @@ from studies.challenge.score import score_case
 POINTS = ("point_1", "point_2", "point_3", "point_4")
 
 
-def followable_advice(answer: Mapping[str, Any]) -> dict[str, Any] | None:
-    """The first advice that promises to tell its pair apart, and that this rig can follow."""
-    for advice in answer.get("next_runs", []):
-        can = advice.get("settings") and not advice["settings"]["turned_over"]
-        if can and advice["sigma_after"] >= RESOLVED > advice["sigma_before"]:
-            return dict(advice)
-    return None
-
-
 def follow(
     folder: Path, truth: Truth, answer: Mapping[str, Any], *, ablation: str, bootstraps: int
 ) -> dict[str, Any] | None:
     """What the second diagnosis says; resolved: the pair is told apart, and what is hidden is named (up to other
     aliases that the answer declares).
 
-    None where no advice promises anything.
+    The first advice that promises to tell its pair apart, and that this rig can follow; None where there is none.
     """
-    advice = followable_advice(answer)
-    if advice is None:
+    for advice in answer.get("next_runs", []):
+        can = advice.get("settings") and not advice["settings"]["turned_over"]
+        if can and advice["sigma_after"] >= RESOLVED > advice["sigma_before"]:
+            break
+    else:
         return None
     campaign = read_campaign(folder)
     run, signals = advised_run(campaign, RunSettings(**advice["settings"]))
@@ -70,14 +64,11 @@ def advised_run(campaign: Campaign, settings: RunSettings) -> tuple[Run, tuple[S
         repeat_of=None,
         use="fit",
     )
-    return run, (*campaign.signals, *_missing_sensors(campaign)) if settings.all_points else campaign.signals
-
-
-def _missing_sensors(campaign: Campaign) -> list[SignalSheet]:
-    """Sensors like the campaign's own at the points where it has none."""
+    if not settings.all_points:
+        return run, campaign.signals
     have = {s.at for s in campaign.signals}
     like = next(s for s in campaign.signals if s.kind == "lateral")
-    return [replace(like, name=f"y{at[-1]}", at=at) for at in POINTS if at not in have]
+    return run, (*campaign.signals, *(replace(like, name=f"y{at[-1]}", at=at) for at in POINTS if at not in have))
 
 
 def add_follow_up_run(

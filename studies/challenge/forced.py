@@ -1,14 +1,17 @@
-"""Whether searches for laws that a diagnosis leaves out would change it: ``python -m studies.challenge.forced FOLDER``.
+"""Whether searches that a diagnosis leaves out would change it: ``python -m studies.challenge.forced FOLDER[,MODEL]``.
 
-Each campaign (several folders may follow) is diagnosed as it is, and with every search made in full; a line each.
+Each campaign (several may follow) is diagnosed as it is, and with every search for laws made in full; a line each.
 """
 
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
+from functools import partial
 
 import belt_sim as bs
+from belt_sim.api.simulate import campaign_model
 from belt_sim.diagnosis.decide import Decision
+from belt_sim.errors import BeltError
 from belt_sim.jax_setup import prepare
 from studies.application import show_help
 
@@ -41,15 +44,25 @@ def describe(found: bs.Diagnosis) -> str:
 
 def main() -> None:
     """Diagnose, compare, print."""
+    if not sys.argv[1:]:
+        print(__doc__, file=sys.stderr)
+        sys.exit(2)
     prepare()
-    quiet = {"advise": False, "progress": lambda *_: None}
-    for folder in sys.argv[1:]:
-        plain = describe(bs.diagnose(folder, **quiet))
-        with every_search() as asked:
-            full = describe(bs.diagnose(folder, **quiet))
-        left_out = "left out" if asked == [False] else "searched"
-        changed = "the same" if plain.split(",")[0] == full.split(",")[0] else "CHANGED"
-        print(f"{folder}: {left_out}: {plain} -> {full}: {changed}", flush=True)
+    try:
+        given = [argument.partition(",") for argument in sys.argv[1:]]
+        asked_for = [(name, bs.load_campaign(name), model) for name, _, model in given]
+        for _, campaign, model in asked_for:  # before any long work
+            campaign_model(model or None, campaign)
+        for name, campaign, model in asked_for:
+            diagnose = partial(bs.diagnose, campaign, model or None, advise=False, progress=lambda *_: None)
+            plain = describe(diagnose())
+            with every_search() as asked:
+                full = describe(diagnose())
+            search = "never asked" if not asked else "searched" if any(asked) else "left out"
+            changed = "the same" if plain.split(",")[0] == full.split(",")[0] else "CHANGED"
+            print(f"{name}: {search}: {plain} -> {full}: {changed}", flush=True)
+    except BeltError as error:
+        sys.exit(str(error))
 
 
 if __name__ == "__main__":

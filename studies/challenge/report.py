@@ -216,15 +216,12 @@ def stored_text(results: Sequence[Mapping[str, Any]], drawn: Iterable[int] = ())
     about = {name: results[0][name] for name in ("source", "ablation", "bootstraps")}
     about |= {"seeds": [min(seeds), max(seeds)], "campaigns": len(results)}
     about |= {"commits": sorted({str(r["commit"]) for r in results}), "versions": provenance()["versions"]}
-    lines = ",\n".join(json.dumps(_row(r), allow_nan=False) for r in results)
-    head = json.dumps({"schema": SCHEMA, **about}, allow_nan=False)
-    return f'{head[:-1]}, "rows": [\n{lines}\n]}}\n'
-
-
-def _row(result: Mapping[str, Any]) -> dict[str, Any]:
-    case = score_case(result)
-    words = {n: said[:_SENTENCE] for n in ("sentence", "discovered", "why") if (said := getattr(case, n))}
-    return replace(case, **words).row()  # type: ignore[arg-type]
+    lines = []
+    for case in map(score_case, results):
+        words = {n: said[:_SENTENCE] for n in ("sentence", "discovered", "why") if (said := getattr(case, n))}
+        lines.append(json.dumps(replace(case, **words).row(), allow_nan=False))  # type: ignore[arg-type]
+    head, rows = json.dumps({"schema": SCHEMA, **about}, allow_nan=False), ",\n".join(lines)
+    return f'{head[:-1]}, "rows": [\n{rows}\n]}}\n'
 
 
 def read_stored(folder: Path) -> list[StoredScores]:
@@ -428,11 +425,7 @@ def count_text(share: Share | None) -> str:
 
 def with_interval(flags: Sequence[bool]) -> str:
     """A count with the 95 % interval of its share; nothing without trials."""
-    return with_interval_of(share_of(list(flags)))
-
-
-def with_interval_of(share: Share) -> str:
-    """A share as a count with its 95 % interval; nothing without trials."""
+    share = share_of(list(flags))
     low, high = share.interval
     return f"{count_text(share)} ({100 * low:.0f} - {100 * high:.0f} %)" if share.trials else ""
 
@@ -698,11 +691,8 @@ def _most_common(cases: Sequence[ScoredCase]) -> str:
 def _each(cases: Sequence[ScoredCase]) -> str:
     """Campaigns, one a line."""
     head = ("campaign", "source", "hidden", "answered", "outcome", "why")
-    return table(head, (_cells_of(f) for f in cases))
-
-
-def _cells_of(f: ScoredCase) -> tuple[str, ...]:
-    return str(f.seed), f.source, describe_hidden(f), f"{f.verdict} {', '.join(f.named)}", f.outcome, f.why
+    answers = ((f, f"{f.verdict} {', '.join(f.named)}") for f in cases)
+    return table(head, ((str(f.seed), f.source, describe_hidden(f), said, f.outcome, f.why) for f, said in answers))
 
 
 def describe_hidden(f: ScoredCase) -> str:

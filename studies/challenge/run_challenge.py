@@ -37,35 +37,25 @@ def run_challenge(
             sealed = task.file("sealed")
             truth = reveal(sealed) if (sealed / SEALED).exists() else None
             write_result(task, answer=crash_answer(trouble), truth=truth, seconds={})
-        tell(_read(task.file("results")))
+        tell(read_json(task.file("results")))
     return results(first.out)
 
 
 def remaining(first: Task, seeds: Sequence[int]) -> list[Task]:
     """What is not there yet; raises InputError when the folder holds results of other settings."""
     there = results(first.out)
-    _same_settings(first, there)
+    for name, value in first.settings.items() if there else ():
+        if (other := there[0][name]) != value:
+            raise InputError(name, value, "", f"{first.out} holds results with {other}; choose another folder")
     known = {r["seed"] for r in there}
     return [replace(first, seed=s) for s in seeds if s not in known]
 
 
 def results(folder: Path) -> list[dict[str, Any]]:
     """Every result of a challenge, by seed."""
-    return sorted(map(_read, (folder / "results").glob("[0-9]*.json")), key=lambda r: r["seed"])
+    return sorted(map(read_json, (folder / "results").glob("[0-9]*.json")), key=lambda r: r["seed"])
 
 
 def drawn_seeds(folder: Path) -> list[int]:
     """Seeds of the campaigns that a challenge has drawn and sealed, answered or not."""
     return sorted(int(path.name) for path in (folder / "sealed").glob("[0-9]*"))
-
-
-def _read(path: Path) -> dict[str, Any]:
-    return read_json(path)
-
-
-def _same_settings(task: Task, there: list[dict[str, Any]]) -> None:
-    for result in there[:1]:
-        for name, value in task.settings.items():
-            if result[name] != value:
-                remedy = f"{task.out} holds results with {result[name]}; choose another folder"
-                raise InputError(name, value, "", remedy)

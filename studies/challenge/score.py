@@ -99,7 +99,8 @@ def law_right(truth: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
     true = {(truth["variable"], truth["form"]), *(tuple(pair) for pair in truth.get("also", ()))}
     formulas = [law["formula"] for law in (said["law"], *said.get("rivals", ()))]
     called = {pair for formula in formulas for term in formula.split(" and ") for pair in pairs(term)}
-    if any(_steady(term) for term in said["law"]["formula"].split(" and ")):
+    terms = said["law"]["formula"].split(" and ")
+    if any(term.partition(" × tension^")[0].endswith("a constant") for term in terms):  # along every run
         called |= tension_pairs(said["law"].get("exponent"))
     return bool(called & true)
 
@@ -110,11 +111,6 @@ def tension_pairs(exponent: Mapping[str, float] | None) -> set[tuple[str, str]]:
         return set()
     linear = abs(exponent["value"] - 1.0) < CERTAIN * exponent["u"]
     return {("tension", "power")} | ({("tension", "linear")} if linear else set())
-
-
-def _steady(term: str) -> bool:
-    """Whether a term is a constant along every run."""
-    return term.partition(" × tension^")[0].endswith("a constant")
 
 
 def pairs(term: str) -> set[tuple[str, str]]:
@@ -254,7 +250,8 @@ def score_case(result: Mapping[str, Any]) -> ScoredCase:
         return ScoredCase(
             **known, kind="not_drawn", verdict=answer["verdict"], outcome="crash", sentence=answer["sentence"]
         )
-    effects = answer["effects"]
+    effects, discovered, advice = answer["effects"], answer.get("discovery") or {}, result.get("advice") or {}
+    stated, left = truth["distance"], result.get("left_by_named")  # the stated one is linear in the sizes of effects
     found = ScoredCase(
         **known,
         kind=kind_of(truth),
@@ -263,7 +260,7 @@ def score_case(result: Mapping[str, Any]) -> ScoredCase:
         hidden=[e["id"] for e in truth["effects"]],
         d=[_round(e.get("d")) for e in truth["effects"]],
         lookalikes=list(truth["lookalikes"]),
-        distance=_distance(truth["distance"], result.get("left_by_named")),
+        distance=_round(min(stated, left) if isinstance(left, float) and stated is not None else stated),
         unknown=[truth[k] for k in ("place", "variable", "form")] if truth.get("place") else [],
         dirt=(truth["dirty"] or {}).get("kind"),
         verdict=answer["verdict"],
@@ -272,8 +269,9 @@ def score_case(result: Mapping[str, Any]) -> ScoredCase:
         suspected=sorted({s["kind"] for s in answer.get("suspicions", [])}),
         caught=damage_caught(truth, answer),
         removed=error_removed(error_of(answer), result.get("least")),
-        **_advice_fields(result),
-        p=_p_value(answer),
+        advice=advice.get("resolved"),
+        promised=_round(advice.get("sigma_after")),
+        p=1.0 - discovered["probability"] if "probability" in discovered else discovered.get("p"),  # (earlier answers)
         sentence=answer.get("sentence", ""),
     )
     more = {"outcome": outcome_of(found), "covered": parameters_covered(truth, answer)} | discovery(truth, answer)
@@ -282,11 +280,6 @@ def score_case(result: Mapping[str, Any]) -> ScoredCase:
         return scored
     held = held_back(scored, answer) if scored.outcome == "unnamed" else None
     return replace(scored, why=explain(scored, answer), held_back=held)
-
-
-def _distance(stated: float | None, left: float | Mapping[str, Any] | None) -> float | None:
-    """The stated distance is linear in the sizes of effects, which a large effect is not (oracle.left_by_named)."""
-    return _round(min(stated, left) if isinstance(left, float) and stated is not None else stated)
 
 
 def kind_of(truth: Mapping[str, Any]) -> str:
@@ -312,20 +305,14 @@ def outcome_of(f: ScoredCase) -> str:
     if f.kind == "nothing":
         return "wrong"
     if f.kind == "outside":
-        return "right" if _is_flagged(f) else _not_flagged(f)
+        if f.verdict == "adequate":
+            return "missed"
+        if f.verdict != "explained" and not f.false_names:
+            return "right"
+        return "lookalike" if f.named and f.distance is not None and f.distance < ALIKE else "wrong"
     if f.kind in ("dirty", "mistake"):
         return "crash" if f.verdict == "crash" else "right" if f.caught else "wrong"
     return _naming(f)
-
-
-def _is_flagged(f: ScoredCase) -> bool:
-    return f.verdict not in ("adequate", "explained", "crash", STOPS) and not f.false_names
-
-
-def _not_flagged(f: ScoredCase) -> str:
-    if f.verdict == "adequate":
-        return "missed"
-    return "lookalike" if f.named and f.distance is not None and f.distance < ALIKE else "wrong"
 
 
 def _naming(f: ScoredCase) -> str:
@@ -411,18 +398,6 @@ def discovery(truth: Mapping[str, Any], answer: Mapping[str, Any]) -> dict[str, 
     if not truth.get("place"):
         return told
     return told | {"place": place_right(truth, said), "law": law_right(truth, said)}
-
-
-def _advice_fields(result: Mapping[str, Any]) -> dict[str, Any]:
-    """What came of the advice that was followed, and what it had promised."""
-    advice = result.get("advice") or {}
-    return {"advice": advice.get("resolved"), "promised": _round(advice.get("sigma_after"))}
-
-
-def _p_value(answer: Mapping[str, Any]) -> float | None:
-    """Probability that nothing unknown is there; in earlier answers that of so much by chance."""
-    found = answer.get("discovery") or {}
-    return 1.0 - found["probability"] if "probability" in found else found.get("p")
 
 
 def _round(value: float | None) -> float | None:

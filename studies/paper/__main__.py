@@ -12,7 +12,7 @@ from belt_sim.errors import InputError
 from belt_sim.io import provenance, write_json, write_text
 from belt_sim.show.observers import progress
 from studies.application import application
-from studies.paper.plate import FIGURES, NOT_COMPUTED, Plate, compute, select_figures
+from studies.paper.plate import FIGURES, NOT_COMPUTED, compute, select_figures
 from studies.paper.report import answer, criteria, document, lay_pictures, verdicts, what_decides, write_page
 from studies.paper.statements import judge_models
 from studies.paper.stored_runs import stored_run
@@ -35,9 +35,13 @@ def paper(config: Mapping[str, Any]) -> None:
     left_out = NOT_COMPUTED | {k: "not asked for" for k in FIGURES if k not in numbers}
     judgements = judge_models(in_space=not fast)
     told, question = verdicts(judgements), answer(judgements)
+    figures: dict[str, dict[str, Any]] = {}
+    for p in plates:
+        figures[str(p.number)] = {"title": p.title, "caption": p.caption, "file": p.file, "numbers": dict(p.numbers)}
+        figures[str(p.number)]["stored_runs"] = {name: stored_run(name).made for name in p.stored}
     content = {
         "schema": "belt-paper/1",
-        "figures": {str(p.number): _figure_json(p) for p in plates},
+        "figures": figures,
         "statements": {name: {m: vars(j) for m, j in of.items()} for name, of in judgements.items()},
         "open_question": {"answer": question, "what_decides": what_decides()},
         "left_out": {str(k): why for k, why in sorted(left_out.items())},
@@ -54,11 +58,6 @@ def paper(config: Mapping[str, Any]) -> None:
         made.append(write_text(Path(target), text))
         lay_pictures(Path(target), folder, plates)
     print(f"{len(plates)} figures, {', '.join(str(p) for p in made)}")
-
-
-def _figure_json(p: Plate) -> dict[str, Any]:
-    runs = {name: stored_run(name).made for name in p.stored}
-    return {"title": p.title, "caption": p.caption, "file": p.file, "numbers": dict(p.numbers), "stored_runs": runs}
 
 
 if __name__ == "__main__":

@@ -41,7 +41,15 @@ class Behaviour:
 def behaviours(*, in_space: bool) -> dict[str, Behaviour]:
     """All models in the order of their looks, the stored belt in 3D last where it is wanted."""
     found = {name: _model_behaviour(name) for name in LOOKS if name != "mujoco_flex"}
-    return found | ({"mujoco_flex": _stored_behaviour()} if in_space else {})
+    if not in_space:
+        return found
+    curves = {t: stored_run(name).curves for t, name in RECORDS.items()}
+    stored = Behaviour(
+        y={t: _y_on_grid(c) for t, c in curves.items()},
+        rate={t: -stored_run(name).rates()[0] for t, name in SETTLED.items()},
+        tilt={t: _greatest_tilt(c) for t, c in curves.items()},
+    )
+    return found | {"mujoco_flex": stored}
 
 
 def _model_behaviour(model: str) -> Behaviour:
@@ -54,15 +62,6 @@ def _model_behaviour(model: str) -> Behaviour:
         return Behaviour(y=y, rate=rate)
     tilt = {t: 0.0 if model in FLAT else _greatest_tilt(c) for t, c in curves.items()}
     return Behaviour(y=y, rate=rate, tilt=tilt)
-
-
-def _stored_behaviour() -> Behaviour:
-    runs = {t: stored_run(name) for t, name in RECORDS.items()}
-    return Behaviour(
-        y={t: _y_on_grid(r.curves) for t, r in runs.items()},
-        rate={t: -stored_run(name).rates()[0] for t, name in SETTLED.items()},
-        tilt={t: _greatest_tilt(r.curves) for t, r in runs.items()},
-    )
 
 
 def _y_on_grid(curves: Curves) -> np.ndarray:

@@ -82,19 +82,16 @@ def stored_run(name: str) -> StoredRun:
             "stored run", name, "", f"make it with studies/paper_store.py; {PLACE} has {', '.join(names())}"
         )
     made = json.loads(path.read_text(encoding="utf-8"))
-    return StoredRun(name=name, curves=_curves(path.with_suffix(".csv")), shapes=_shapes(path), made=made)
+    rows = _columns(path.with_suffix(".csv"))
+    y = np.stack([rows[f"y{k}_mm"] for k in (1, 2, 3, 4)]) * MM
+    tilt = np.stack([rows[f"tilt_{k}_mrad"] for k in ("upper", "lower")]) * 1e-3 if "tilt_upper_mrad" in rows else None
+    curves = Curves(travel=rows["travel_m"], y=y, tilt=tilt)
+    return StoredRun(name=name, curves=curves, shapes=_shapes(path), made=made)
 
 
 def names() -> list[str]:
     """All stored runs."""
     return sorted(p.stem for p in PLACE.glob("*.json") if p.with_suffix(".csv").is_file())
-
-
-def _curves(path: Path) -> Curves:
-    rows = _columns(path)
-    y = np.stack([rows[f"y{k}_mm"] for k in (1, 2, 3, 4)]) * MM
-    tilt = np.stack([rows[f"tilt_{k}_mrad"] for k in ("upper", "lower")]) * 1e-3 if "tilt_upper_mrad" in rows else None
-    return Curves(travel=rows["travel_m"], y=y, tilt=tilt)
 
 
 def _shapes(path: Path) -> tuple[Shape, ...]:

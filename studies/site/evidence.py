@@ -102,13 +102,7 @@ def table() -> str:
     return "\n".join(lines) + "\n"
 
 
-def write() -> None:
-    """Put the table into the page."""
-    text = PAGE.read_text(encoding="utf-8")
-    before, rest = text.split(BEGIN, 1)
-    PAGE.write_text(f"{before}{BEGIN}\n{table()}{END}{rest.split(END, 1)[1]}", encoding="utf-8")
-
-
 if __name__ == "__main__":
     show_help(__doc__)
-    write()
+    before, rest = PAGE.read_text(encoding="utf-8").split(BEGIN, 1)
+    PAGE.write_text(f"{before}{BEGIN}\n{table()}{END}{rest.split(END, 1)[1]}", encoding="utf-8")
