@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from belt_sim.api.simulate import candidates_of
-from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.model import analytic_model
 from belt_sim.units import N_PER_MM2
@@ -22,7 +21,13 @@ FAINT = 0.1  # standard deviations that a parameter's scale must move the readin
 
 def look_alikes(config: dict[str, Any]) -> None:
     """Print every pair above ``above``."""
-    campaign = _select_tensions(make_campaign(seed=int(config["seed"]), base=config["base"])[0], config["tensions"])
+    campaign = make_campaign(seed=int(config["seed"]), base=config["base"])[0]
+    if config["tensions"] is not None:
+        wanted = np.array(config["tensions"]) * N_PER_MM2
+        kept = [r for r in campaign.runs if np.isclose(r.tension, wanted, rtol=1e-3).any()]
+        names = {r.name for r in kept}
+        runs = tuple(replace(r, repeat_of=r.repeat_of if r.repeat_of in names else None) for r in kept)
+        campaign = replace(campaign, runs=runs)
     model = analytic_model(config["base"])
     bench = workbench(campaign, model, tuple(candidates_of(None, model)))
     bases = effect_bases(bench)
@@ -49,18 +54,6 @@ def effect_bases(bench: Workbench) -> dict[str, np.ndarray]:
 def cosine(a: np.ndarray, b: np.ndarray) -> float:
     """Of the smallest angle between two spans."""
     return float(np.linalg.norm(a.T @ b, ord=2))
-
-
-def _select_tensions(campaign: Campaign, tensions: list[float] | None) -> Campaign:
-    """The campaign with the runs of these tensions only."""
-    if tensions is None:
-        return campaign
-    wanted = [t * N_PER_MM2 for t in tensions]
-    kept = tuple(r for r in campaign.runs if any(abs(r.tension - t) < 1e-3 * t for t in wanted))
-    names = {r.name for r in kept}
-    return replace(
-        campaign, runs=tuple(replace(r, repeat_of=r.repeat_of if r.repeat_of in names else None) for r in kept)
-    )
 
 
 if __name__ == "__main__":

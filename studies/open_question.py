@@ -21,6 +21,7 @@ from rich.console import Console
 
 import belt_sim as bs
 from belt_sim.io import write_text
+from belt_sim.show import style
 from studies.application import application
 
 TENSIONS = (7.0, 10.0, 20.0, 40.0)  # [N/mm2], at which the paper measured
@@ -97,10 +98,6 @@ class Curves:
     def plus(self, response: "Curves", size: float) -> "Curves":
         """The curves with an even effect of ``size`` units of its response."""
         return Curves(self.y + size * response.y, self.rate + size * response.rate)
-
-    def minus(self, other: "Curves") -> "Curves":
-        """The difference of two sets."""
-        return self.plus(other, -1.0)
 
 
 def point_1(at: np.ndarray, **asked: Any) -> np.ndarray:
@@ -183,11 +180,6 @@ def common(own: Curves, window: float, record: float) -> float:
     return float(faster_and_realistic(slope[:, inside].T).mean()) if inside.any() else np.nan
 
 
-def agreeing_readings(own: Curves) -> np.ndarray:
-    """For records (rows) and windows (columns): do M3 and M4 hold on each curve's own straightest stretch?"""
-    return np.array([[faster_and_realistic(straightest(own, w, r)) for w in WINDOWS] for r in RECORDS])
-
-
 def passing_sizes(base: Curves, response: Curves, largest: float) -> np.ndarray:
     """Sizes from null to ``largest`` at which M2 holds, and M3 and M4 at the steady rate."""
     sizes = np.linspace(0.0, largest, SIZES + 1)[1:]
@@ -218,7 +210,8 @@ def trimmed(candidate: Candidate, size: float) -> float:
 
 def judged(name: str, agree: str, own: Curves, check: str) -> list[str]:
     """One row of the first table: all statements of a candidate's curves."""
-    read = agreeing_readings(own)[(np.array(RECORDS) >= 40) & (np.array(RECORDS) <= 80)].mean()
+    # of records of 40 to 80 m and windows: do M3 and M4 hold on each curve's own straightest stretch?
+    read = np.mean([faster_and_realistic(straightest(own, w, r)) for w in WINDOWS for r in RECORDS if 40 <= r <= 80])
     shared = np.mean([common(own, w, 60.0) for w in WINDOWS])
     tight = own.rate[2:] / beams()["beam_th2"].rate[2:] - 1
     return [
@@ -234,7 +227,7 @@ def rows() -> tuple[list[list[str]], list[list[str]]]:
     for c in EVEN:
         agree = {}
         for cell in CELL_ERRORS:
-            response = march("strip", c.entry(1.0), cell).minus(strip(cell))
+            response = march("strip", c.entry(1.0), cell).plus(strip(cell), -1.0)
             sizes = passing_sizes(strip(cell), response, c.largest)
             agree[cell] = f"{sizes[0]:.3g} to {sizes[-1]:.3g} {c.words}" if len(sizes) else "none"
             if cell == 0.0:
@@ -328,27 +321,21 @@ def tables() -> str:
     )
 
 
+@style.picture
 def draw(path: Path) -> Path:
     """Rates of the strip alone on each curve's own straightest stretch, against the length of the record."""
-    from belt_sim.show import style
-
     lengths = np.arange(20.0, 200.1, 2.0)
-
-    @style.picture
-    def picture() -> Path:
-        fig, [axes] = style.figure(9.5, 4.0, columns=2, sharey=True)
-        for ax, (row, tension) in zip(axes, enumerate(TENSIONS[:2]), strict=True):
-            for colour, window in zip(style.CYCLE, WINDOWS, strict=False):
-                read = np.array([straightest(strip(0.0), window, r) for r in lengths])
-                ax.plot(lengths, read[:, row] / read[:, 3], color=colour, label=f"straightest {window:g} m")
-            ax.axhline(A_LOT, color=style.INK, lw=1.0, ls=":")
-            ax.axhline(strip(0.0).rate[row] / strip(0.0).rate[3], color=style.FAINT, lw=1.5)
-            ax.set(title=f"Hanging strip, rate at {tension:g} over that at 40 N/mm2", xlabel="length of the record [m]")
-        axes[0].set(ylabel="ratio of rates (dotted: M3, grey: steady)", ylim=(0.0, 4.5))
-        axes[1].legend(loc="upper right")
-        return style.save(fig, path)
-
-    return picture()
+    fig, [axes] = style.figure(9.5, 4.0, columns=2, sharey=True)
+    for ax, (row, tension) in zip(axes, enumerate(TENSIONS[:2]), strict=True):
+        for colour, window in zip(style.CYCLE, WINDOWS, strict=False):
+            read = np.array([straightest(strip(0.0), window, r) for r in lengths])
+            ax.plot(lengths, read[:, row] / read[:, 3], color=colour, label=f"straightest {window:g} m")
+        ax.axhline(A_LOT, color=style.INK, lw=1.0, ls=":")
+        ax.axhline(strip(0.0).rate[row] / strip(0.0).rate[3], color=style.FAINT, lw=1.5)
+        ax.set(title=f"Hanging strip, rate at {tension:g} over that at 40 N/mm2", xlabel="length of the record [m]")
+    axes[0].set(ylabel="ratio of rates (dotted: M3, grey: steady)", ylim=(0.0, 4.5))
+    axes[1].legend(loc="upper right")
+    return style.save(fig, path)
 
 
 def open_question(config: dict[str, Any]) -> None:

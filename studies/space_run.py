@@ -71,7 +71,10 @@ def space_run(config: dict[str, Any]) -> None:
     for number in (signal.SIGALRM, signal.SIGTERM, signal.SIGINT):
         signal.signal(number, _stop)
     signal.alarm(int(config["limit"]))
-    case, effects, model = case_from(config), load_effects(config["effects"]), space_model(config["model"])
+    case, effects, settings = case_from(config), load_effects(config["effects"]), dict(config["model"])
+    model = model_named(name := settings.pop("name"), settings)
+    if not isinstance(model, SpaceModel):
+        raise InputError("model", name, "", "name one in three dimensions, as model=mujoco_flex")
     begun, failure = time.process_time(), None
     shapes = Shapes(tuple(float(s) for s in config["shapes"]))
     watch = (ProgressObserver(config["name"]), shapes)
@@ -88,15 +91,6 @@ def space_run(config: dict[str, Any]) -> None:
         shapes.write(path.with_name(f"{path.stem}_shapes.csv"))
     write_text(path, json.dumps(report | {"provenance": provenance(config)}, indent=2))
     print(path, "late mm/m", report["late_rates_mm_per_m"], f"cpu {cpu:.0f} s", failure or "")
-
-
-def space_model(group: dict[str, Any]) -> SpaceModel:
-    """The 3D belt of a ``model`` group; raises InputError for another model."""
-    settings = {k: v for k, v in group.items() if k != "name"}
-    model = model_named(group["name"], settings)
-    if not isinstance(model, SpaceModel):
-        raise InputError("model", group["name"], "", "name one in three dimensions, as model=mujoco_flex")
-    return model
 
 
 def figures(curves: Curves) -> dict[str, Any]:

@@ -124,7 +124,9 @@ def mistaken(kind: str, plan: Plan, rng, hours: tuple[float, ...] = ()) -> tuple
     runs, machine, turned = plan.runs, plan.machine, [run.yaw != 0.0 for run in plan.runs]
     largest, true, stated, prior, k = max(abs(run.yaw) for run in runs), plan, plan, 0.0, None
     if kind == "lost_direction":  # the belt ran backwards; the file states its speed only
-        k = _one_run(plan, rng, turned)
+        repeated = {run.repeat_of for run in runs}
+        alone = [ok and j not in repeated and runs[j].repeat_of is None for j, ok in enumerate(turned)]
+        k = int(rng.choice(np.flatnonzero(alone if any(alone) else turned)))
         true, stated = _with_run(plan, k, direction=-1.0), _with_run(plan, k, direction=1.0)
     elif kind == "diameter_for_radius":
         head, tail = (Quantity(value=2 * q.value, u=2 * q.u) for q in (machine.head_radius, machine.tail_radius))
@@ -150,13 +152,6 @@ def mistaken(kind: str, plan: Plan, rng, hours: tuple[float, ...] = ()) -> tuple
     elif kind == "all_backwards":
         true = replace(plan, runs=tuple(replace(run, direction=-run.direction) for run in runs))
     return true, stated, prior, k
-
-
-def _one_run(plan: Plan, rng, able: list[bool]) -> int:
-    """A run by chance, one that has no repeat and is none where there is such a run."""
-    repeated = {run.repeat_of for run in plan.runs}
-    alone = [ok and k not in repeated and plan.runs[k].repeat_of is None for k, ok in enumerate(able)]
-    return int(rng.choice(np.flatnonzero(alone if any(alone) else able)))
 
 
 def _with_run(plan: Plan, k: int, **changed) -> Plan:

@@ -647,11 +647,15 @@ def failures(cases: Sequence[ScoredCase]) -> str:
     for f in wrong:
         groups.setdefault(cause(f), []).append(f)
     ordered = sorted(groups.items(), key=lambda g: (-len(g[1]), g[0]))
-    counts = table(("what went wrong", "campaigns", "hidden"), [(c, str(len(g)), _most_common(g)) for c, g in ordered])
+    rows = []
+    for name, group in ordered:
+        hidden = Counter(" + ".join(f.hidden) or f.dirt or f.plan or f.kind for f in group).most_common()
+        said = ", ".join(f"{what} {n}" if n > 1 else what for what, n in hidden[:_COMMON])
+        rows.append((name, str(len(group)), said + (", ..." if len(hidden) > _COMMON else "")))
     parts = [
         f"## Failures\n\n{len(wrong)} of {len(cases)}; an effect below d = {_VISIBLE} that is overlooked is none.\n"
     ]
-    parts += [counts] if wrong else []
+    parts += [table(("what went wrong", "campaigns", "hidden"), rows)] if wrong else []
     for name, group in ordered:
         parts += [f"<details><summary>{name}: {len(group)}</summary>\n", _each(group), "</details>\n"]
     return "\n".join(parts)
@@ -679,13 +683,6 @@ def cause(f: ScoredCase) -> str:
         "lookalike": "another named that the generator cannot tell from it either",
     }
     return f"{many}: {said.get(f.outcome, 'another named')}"
-
-
-def _most_common(cases: Sequence[ScoredCase]) -> str:
-    """The most common of what is hidden."""
-    found = Counter(" + ".join(f.hidden) or f.dirt or f.plan or f.kind for f in cases).most_common()
-    said = ", ".join(f"{name} {n}" if n > 1 else name for name, n in found[:_COMMON])
-    return said + (", ..." if len(found) > _COMMON else "")
 
 
 def _each(cases: Sequence[ScoredCase]) -> str:

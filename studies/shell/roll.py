@@ -51,16 +51,9 @@ class Roll:
     tangential: float = 1e13
 
 
-@dataclass(frozen=True)
-class RollDeck:
-    """A deck, and the belt whose nodes it prints."""
-
-    text: str
-    belt: Strip
-
-
-def roll_deck(case: Case, roll: Roll) -> RollDeck:
-    """The belt of ``case`` rolls onto its tail pulley, yawed by the last yaw of the schedule; no run-up law is in it.
+def roll_deck(case: Case, roll: Roll) -> tuple[str, Strip]:
+    """A deck, and the belt whose nodes it prints: that of ``case`` rolls onto its tail pulley, yawed by the last
+    yaw of the schedule; no run-up law is in it.
 
     Seen from the pulley, which so stands still: the belt lies on its top, clamped at x = 0, and the pull on its far
     end turns round the axis, so that more and more of the belt comes to lie. A yaw of the pulley about the vertical
@@ -73,7 +66,11 @@ def roll_deck(case: Case, roll: Roll) -> RollDeck:
     lines += ["*ELEMENT,TYPE=S4,ELSET=BELT", *(elements := belt.elements())]
     lines += [*steel(case.belt, "BELT")]
     lines += _pulley(radius - case.belt.thickness / 2, roll, case.belt.width, radius, pulley, len(elements))
-    lines += [*_contact(roll), "*EQUATION"]
+    # the belt's lower face on the pulley's outer faces, linear penalty, Coulomb's friction
+    lines += ["*SURFACE,NAME=BELTFACE,TYPE=ELEMENT", "BELT,SNEG", "*SURFACE,NAME=PULLEYFACE,TYPE=ELEMENT", "PULLEY,S2"]
+    lines += ["*SURFACE INTERACTION,NAME=CONTACT", "*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR"]
+    lines += [f"{roll.normal:.6g}", "*FRICTION", f"{roll.friction:g},{roll.tangential:.6g}"]
+    lines += ["*CONTACT PAIR,INTERACTION=CONTACT,TYPE=SURFACE TO SURFACE", "BELTFACE,PULLEYFACE", "*EQUATION"]
     end = len(belt.x) - 1
     reference = belt.node(end, belt.middle)
     for j in range(len(belt.y)):
@@ -82,7 +79,7 @@ def roll_deck(case: Case, roll: Roll) -> RollDeck:
                 terms = [(belt.node(end, j), direction, 1.0), (reference, direction, -1.0)]
                 lines += equation([*terms, (far, direction, -belt.y[j])])
     lines += [*node_set("OUT", belt.lines_along()), *_steps(case, roll, belt, far)]
-    return RollDeck("\n".join(lines) + "\n", belt)
+    return "\n".join(lines) + "\n", belt
 
 
 def _belt(case: Case, roll: Roll) -> Strip:
@@ -117,14 +114,6 @@ def _pulley(inner: float, roll: Roll, width: float, radius: float, first: int, e
     return [*lines, "*SOLID SECTION,ELSET=PULLEY,MATERIAL=STEEL"]
 
 
-def _contact(roll: Roll) -> list[str]:
-    """The belt's lower face on the pulley's outer faces, linear penalty, Coulomb's friction."""
-    lines = ["*SURFACE,NAME=BELTFACE,TYPE=ELEMENT", "BELT,SNEG", "*SURFACE,NAME=PULLEYFACE,TYPE=ELEMENT", "PULLEY,S2"]
-    lines += ["*SURFACE INTERACTION,NAME=CONTACT", "*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR"]
-    lines += [f"{roll.normal:.6g}", "*FRICTION", f"{roll.friction:g},{roll.tangential:.6g}"]
-    return [*lines, "*CONTACT PAIR,INTERACTION=CONTACT,TYPE=SURFACE TO SURFACE", "BELTFACE,PULLEYFACE"]
-
-
 def _steps(case: Case, roll: Roll, belt: Strip, far: int) -> list[str]:
     """Tables in time, then tension, laying, yaw, rolling."""
     radius, force, yaw = case.rig.tail_radius, case.tension_force, float(case.settings.yaw.last())
@@ -137,12 +126,15 @@ def _steps(case: Case, roll: Roll, belt: Strip, far: int) -> list[str]:
     lines = _table("LAYX", 0.0, begin, math.cos) + _table("LAYZ", 0.0, begin, lambda t: -math.sin(t))
     lines += _table("ROLLX", begin, end, math.cos) + _table("ROLLZ", begin, end, lambda t: -math.sin(t))
     lines += _table("ROLLY", begin, end, lambda t: -yaw * free(t))
-    straight = [f"{reference},2,2,0.", f"{far},1,3,0."]
+    height = radius * math.cos(belt.x[1] / radius) - radius  # the belt's beginning lies on top and stays there
+    across = range(len(belt.y))
+    clamp = [f"{belt.node(0, j)},1,3,0." for j in across] + [f"{belt.node(1, j)},3,3,{height:.10g}" for j in across]
+    straight = ["PULLEY,1,3,0.", f"{reference},2,2,0.", f"{far},1,3,0."]
     yawed = [f"{reference},2,2,{-yaw * free(begin):.12g}", f"{far},2,2,0."]
     yawed += [f"{far},1,1,{yaw * math.cos(begin):.12g}", f"{far},3,3,{-yaw * math.sin(begin):.12g}"]
     still = ["*CLOAD,OP=NEW", f"{reference},1,{force * math.cos(begin):.12g}"]
     still += [f"{reference},3,{-force * math.sin(begin):.12g}"]
-    lines += _step("1.,1.", 100, ["*BOUNDARY", *_clamp(belt, radius), *straight, "*CLOAD", f"{reference},1,{force:g}"])
+    lines += _step("1.,1.", 100, ["*BOUNDARY", *clamp, *straight, "*CLOAD", f"{reference},1,{force:g}"])
     lines += _step("0.1,1.,1e-7,0.2", 1000, _pull("LAY", reference, force))
     lines += _step("1.,1.", 1000, ["*BOUNDARY", *yawed, *still])
     most = roll.increment / roll.rolled
@@ -161,14 +153,6 @@ def _table(name: str, begin: float, end: float, value: Callable[[float], float])
 def _pull(name: str, reference: int, force: float) -> list[str]:
     lines = [f"*CLOAD,OP=NEW,AMPLITUDE={name}X", f"{reference},1,{force:g}"]
     return [*lines, f"*CLOAD,AMPLITUDE={name}Z", f"{reference},3,{force:g}"]
-
-
-def _clamp(belt: Strip, radius: float) -> list[str]:
-    """The belt's beginning lies on top of the pulley and stays there."""
-    height = radius * math.cos(belt.x[1] / radius) - radius
-    across = range(len(belt.y))
-    lines = [f"{belt.node(0, j)},1,3,0." for j in across]
-    return [*lines, *(f"{belt.node(1, j)},3,3,{height:.10g}" for j in across), "PULLEY,1,3,0."]
 
 
 def _step(times: str, most: int, loads: Sequence[str]) -> list[str]:
@@ -256,14 +240,14 @@ def turned_by_slip(case: Case, friction: float) -> float:
 
 def fronts(case: Case, roll: Roll, folder: Path, limit: float) -> list[Front]:
     """The front at every moment that CalculiX printed, once all that is read behind it came to lie after the yaw."""
-    deck, radius = roll_deck(case, roll), case.rig.tail_radius
+    (deck, belt), radius = roll_deck(case, roll), case.rig.tail_radius
     yaw = float(case.settings.yaw.last())
     name = f"roll_{'plus' if yaw > 0 else 'minus'}_{radius:g}_{roll.increment * 1e3:g}"
     found = []
-    for p in ccx.run(folder, name, deck.text, limit):
+    for p in ccx.run(folder, name, deck, limit):
         rolled = min(p.time - BEFORE_ROLLING, 1.0) * roll.rolled
         if p.quantity == "displacements" and rolled >= BEHIND:
-            found.append(front(case, roll, deck.belt, (roll.laid + rolled) / radius, p.values))
+            found.append(front(case, roll, belt, (roll.laid + rolled) / radius, p.values))
     return found
 
 

@@ -79,19 +79,14 @@ def span_deck(
     for name, row, rows in (("A", first, range(first + 1)), ("B", last, range(last, len(belt.x)))):
         pair = dummies[f"{name}1"], dummies[f"{name}2"], dummies["ONE"]
         lines += _ends(case, ends, belt, pair, row, rows)
-    if residual:
+    strains: list[str] = []
+    if residual:  # temperatures, which are strains along the belt for an expansion of 1: short where it is pulled
         lines += ["*INITIAL CONDITIONS,TYPE=TEMPERATURE", "BELTNODES,0."]
-    strains = _strains(case, belt, residual)
+        strain = -residual * (1.0 - 12.0 * (belt.y / case.belt.width) ** 2) / case.belt.youngs_modulus
+        nodes = ((belt.node(i, j), strain[j]) for i in range(len(belt.x)) for j in belt.row(i))
+        strains = ["*TEMPERATURE", *(f"{node},{value:.9g}" for node, value in nodes)]
     text = "\n".join([*lines, *_steps(case, couples, dummies, ends, mesh.tolerance, strains)]) + "\n"
     return SpanDeck(text, belt, first, last, dummies)
-
-
-def _strains(case: Case, belt: Strip, residual: float) -> list[str]:
-    """Temperatures of the nodes, which are strains along the belt for an expansion of 1: short where it is pulled."""
-    if not residual:
-        return []
-    strain = -residual * (1.0 - 12.0 * (belt.y / case.belt.width) ** 2) / case.belt.youngs_modulus
-    return ["*TEMPERATURE", *(f"{belt.node(i, j)},{strain[j]:.9g}" for i in range(len(belt.x)) for j in belt.row(i))]
 
 
 def layer(case: Case) -> float:
@@ -157,8 +152,14 @@ def _steps(
     case: Case, couples: Sequence[float], dummies: dict[str, int], ends: str, tolerance: float, strains: list[str]
 ) -> list[str]:
     """Tension, gravity, residual stress where there is one, couples."""
-    held, bent = _supports(case, dummies), [f"{dummies['ONE']},1,1,{abs(SIDES[ends]):g}"]
-    flat = [f"{dummies['ONE']},1,1,0."]
+    # held at both ends is all but the turn of the run-up: no displacement, no roll, the width as it shrinks
+    shrink = -case.belt.poisson_ratio * case.settings.tension / case.belt.youngs_modulus
+    held = [f"{dummies['ONE']},2,3,0."]
+    for name in ("HA", "HB"):
+        place, angles = dummies[f"{name}1"], dummies[f"{name}2"]
+        held += [f"{place},1,3,0.", f"{angles},1,1,0.", f"{angles},2,2,{shrink:.12g}"]
+    held += [f"{dummies['HA2']},3,3,0."]
+    flat, bent = ([f"{dummies['ONE']},1,1,{bend:g}"] for bend in (0.0, abs(SIDES[ends])))
     pull = f"{dummies['B1']},1,{case.tension_force:.12g}"
     weight = ["*DLOAD", f"BELT,GRAV,{case.rig.gravity:g},0.,0.,-1."] if case.rig.gravity else []
     turn = f"{dummies['HB2']},3"
@@ -170,16 +171,6 @@ def _steps(
     for couple in couples:
         lines += _step(tolerance, "1.,1.", [*held, *bent], [pull, f"{turn},{couple:.12g}"], [*weight, *strains])
     return lines
-
-
-def _supports(case: Case, dummies: dict[str, int]) -> list[str]:
-    """What is held at both ends but the turn of the run-up: no displacement, no roll, the width as it shrinks."""
-    shrink = -case.belt.poisson_ratio * case.settings.tension / case.belt.youngs_modulus
-    lines = [f"{dummies['ONE']},2,3,0."]
-    for name in ("HA", "HB"):
-        lines += [f"{dummies[name + '1']},1,3,0.", f"{dummies[name + '2']},1,1,0."]
-        lines += [f"{dummies[name + '2']},2,2,{shrink:.12g}"]
-    return [*lines, f"{dummies['HA2']},3,3,0."]
 
 
 def _step(
@@ -283,8 +274,7 @@ def span_study(config: dict[str, Any]) -> None:
             apart = " ".join(f"{100 * (s / w - 1):+.2f}" for s, w in zip(shell, law, strict=True))
             table.add_row(f"{tension:g}", ends, f"{residual:g}", *cells, apart, f"{time.perf_counter() - begun:.0f}")
             print(f"{tension:g} N/mm2, {ends}, residual {residual:g}: {apart}", flush=True)  # a row may take minutes
-    console = Console(width=150)
-    console.print(table)
+    Console(width=150).print(table)
 
 
 if __name__ == "__main__":

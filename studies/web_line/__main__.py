@@ -24,6 +24,7 @@ from scipy.optimize import least_squares
 
 from belt_sim.io import write_text
 from belt_sim.line.span import Span, response
+from belt_sim.show import style
 from studies.application import application
 
 WIDTH, THICKNESS, MODULUS, FORCE = 0.166, 0.2e-3, 3.5e9, 100.0  # [m], [m], [Pa], [N], as the source states
@@ -214,27 +215,22 @@ def web_line(config: dict[str, Any]) -> None:
         print(draw(Path(config["picture"]), found))
 
 
+@style.picture
 def draw(path: Path, found: Mapping[str, np.ndarray]) -> Path:
     """One step at each section's end: measured, spans only, and with wraps."""
-    from belt_sim.show import style
-
-    @style.picture
-    def picture() -> Path:
-        fig, [axes] = style.figure(11.0, 3.6, columns=3)
-        for ax, section, window in zip(axes, SECTIONS, ((64, 82), (64, 84), (62, 84)), strict=True):
-            time, source, target = record(28, section)
-            shown = (time > window[0]) & (time < window[1])
-            ax.plot(time[shown], target[shown], color=style.INK, lw=2.0, label="measured")
-            for name, colour in (("spans only, as stated", style.RED), ("wraps", style.BLUE)):
-                y = predict(section, source, *found[name])
-                y = y + (target - y).mean()
-                ax.plot(time[shown], y[shown], color=colour, lw=1.4, label=name)
-            ax.set(title=f"{section.name}, run 28", xlabel="time [s]")
-        axes[0].set_ylabel("lateral position [mm]")
-        axes[0].legend(loc="lower right")
-        return style.save(fig, path)
-
-    return picture()
+    fig, [axes] = style.figure(11.0, 3.6, columns=3)
+    for ax, section, window in zip(axes, SECTIONS, ((64, 82), (64, 84), (62, 84)), strict=True):
+        time, source, target = record(28, section)
+        shown = (time > window[0]) & (time < window[1])
+        ax.plot(time[shown], target[shown], color=style.INK, lw=2.0, label="measured")
+        for name, colour in (("spans only, as stated", style.RED), ("wraps", style.BLUE)):
+            y = predict(section, source, *found[name])
+            y = y + (target - y).mean()
+            ax.plot(time[shown], y[shown], color=colour, lw=1.4, label=name)
+        ax.set(title=f"{section.name}, run 28", xlabel="time [s]")
+    axes[0].set_ylabel("lateral position [mm]")
+    axes[0].legend(loc="lower right")
+    return style.save(fig, path)
 
 
 if __name__ == "__main__":

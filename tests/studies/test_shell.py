@@ -122,10 +122,10 @@ def test_the_roll_is_configured_as_its_document_says(configuration):
 
 def test_the_roll_deck_lays_what_it_says():
     case, how = narrow(4e-4), Roll(rolled=0.05)
-    deck = roll_deck(case, how)
-    assert sections(deck.text)["*STEP"] == 4
-    assert np.diff(deck.belt.x)[: round(0.11 / how.row) - 1] == pytest.approx(how.row)
-    assert deck.belt.x[-1] == 1.0
+    deck, belt = roll_deck(case, how)
+    assert sections(deck)["*STEP"] == 4
+    assert np.diff(belt.x)[: round(0.11 / how.row) - 1] == pytest.approx(how.row)
+    assert belt.x[-1] == 1.0
     assert roll.turned_by_slip(case, 3.0) == pytest.approx(10 * roll.turned_by_slip(case, 30.0))
 
 
