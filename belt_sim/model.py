@@ -122,6 +122,8 @@ MODELS: dict[str, AnalyticModel] = {
         ),
     )
 }
+#: what a diagnosis holds its own model against
+BASE_MODELS = ("beam_th1", "beam_th2", "strip", "strip_lift_off")
 
 
 def analytic_model(name: str) -> AnalyticModel:

@@ -39,11 +39,10 @@ from belt_sim.errors import BeltError
 from belt_sim.jax_setup import WORKERS, begin_in_thread, in_float64, map_in_threads
 from belt_sim.line.hooks import as_driven
 from belt_sim.line.spans import Composition
-from belt_sim.model import MODELS
+from belt_sim.model import BASE_MODELS, MODELS
 from belt_sim.results.diagnosis import Discovery
 
 BOOTSTRAPS = 100
-BASE_MODELS = ("beam_th1", "beam_th2", "strip", "strip_lift_off")
 MANY = 4_000  # readings, from which memory counts for more than time: what is beyond sets is sought one by one
 DESCRIBED = 0.8  # of the chi2 beyond noise: a base model that explains less leaves something unexplained itself
 

@@ -26,7 +26,7 @@ from belt_sim.diagnosis.workbench import Workbench, linear_response, start_shape
 from belt_sim.effects.base import library
 from belt_sim.errors import Limit
 from belt_sim.line.spans import Composition
-from belt_sim.model import MODELS
+from belt_sim.model import BASE_MODELS, MODELS
 from belt_sim.results.check import Doubt, Pair, Visible
 from belt_sim.results.diagnosis import RESOLVED
 from belt_sim.units import DEGREE, N_PER_MM2
@@ -110,9 +110,9 @@ DECISIVE = 100.0
 TURNED_ROUND = 200.0
 #: Mistakes that make a belt stiffer or softer alike; by less than this factor a machine can be off by itself.
 STIFFNESS, OFF = ("width", "thickness", "modulus", "tension"), 3.0
-#: Mistakes that change a belt's movement as another base model does, and those models: one that removes BELIEVED of
-#: what the mistake removes may be meant.
-LIKE_A_MODEL, HOUSE = (*STIFFNESS, "radius", "centre_distance", "travel_unit"), ("beam_th1", "beam_th2", "strip")
+#: Mistakes that change a belt's movement as another base model does: one that removes BELIEVED of what the mistake
+#: removes may be meant.
+LIKE_A_MODEL = (*STIFFNESS, "radius", "centre_distance", "travel_unit")
 #: chi2 by which a run must gain to count among those in which a mistake was made.
 OF_RUN = 50.0
 #: Share of what free starts remove, that another base model may remove at most.
@@ -296,8 +296,8 @@ class _Layout:
         return float(np.sum((white - basis @ (basis.T @ white)) ** 2))
 
     def total_of_other_models(self) -> float:
-        """The least chi2 that another base model leaves without any mistake."""
-        others = [MODELS[name] for name in HOUSE if name != self.model.name]
+        """The least chi2 that another base model without an effect of its own leaves without any mistake."""
+        others = [m for m in map(MODELS.__getitem__, BASE_MODELS) if not m.built_in and m.name != self.model.name]
         return min(float(np.sum(self.chi2_of(self.rest_of(self.bench.campaign, model=other)))) for other in others)
 
     def chi2_of(self, rest: np.ndarray | None, *, faults: bool = True) -> np.ndarray:

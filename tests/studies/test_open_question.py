@@ -46,7 +46,7 @@ def test_windows_that_all_curves_share(slack, share):
 @pytest.mark.parametrize("candidate", EVEN, ids=lambda c: c.name)
 def test_even_effects_superpose(candidate):
     """A run at three units is the run without plus three times the response of one unit."""
-    response = march("strip", candidate.entry(1.0)).minus(strip(0.0))
+    response = march("strip", candidate.entry(1.0)).plus(strip(0.0), -1.0)
     np.testing.assert_allclose(
         march("strip", candidate.entry(3.0)).y, strip(0.0).plus(response, 3.0).y, atol=ROUNDING, rtol=1e-6
     )
