@@ -25,7 +25,8 @@ def test_a_wrong_folder_or_model_is_one_line_before_any_diagnosis(monkeypatch, w
     monkeypatch.setattr(bs, "diagnose", lambda *_, **__: pytest.fail("diagnosed"))
     with pytest.raises(SystemExit) as end:
         run(monkeypatch, "slack_belt", wrong)
-    assert words in str(end.value) and "\n" not in str(end.value)
+    assert words in str(end.value)
+    assert "\n" not in str(end.value)
 
 
 def test_the_model_is_the_one_asked_for_and_no_search_is_no_answer(monkeypatch, capsys):
