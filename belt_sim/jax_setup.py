@@ -45,6 +45,7 @@ except ImportError:  # JAX promises nothing of its experimental parts: without i
     serialize_executable = None  # type: ignore[assignment]
 
 WORKERS = 2  # marches at once, unless told otherwise
+CODE = code_hash()  # taken as the code is loaded: files may change while a process runs
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -214,14 +215,18 @@ def is_unfused() -> bool:
 
 
 STORED = "stored"  # below JAX's folder of compiled programs
+UNREADABLE = (OSError, ValueError, SyntaxError)  # no such file, one that is damaged, or another's
 
 
 def program_key(name: str, model: Any, effects: Iterable[type], *shape: Any) -> str | None:
-    """Return a name for a program of a composition of laws and classes of effects, None where a part of it is not the
-    package's own and its code therefore not in the hash; shape: whatever else shapes the trace, of plain values."""
+    """Return a name for a program of a composition of laws and classes of effects; shape: whatever else shapes the
+    trace, of plain values. None where the hash does not hold all of its code: a part, or a hook that was put into a
+    class of the package, is a user's own."""
     parts = [model.span, *effects, *map(type, model.built_in)]
     own = [getattr(sys.modules.get(p.__module__), p.__qualname__, None) is p for p in parts]
-    if not (all(own) and all(p.__module__.startswith("belt_sim.") for p in parts)):
+    classes = {c for p in parts if isinstance(p, type) for c in p.__mro__[:-1]}
+    hooks = [m for c in classes for name, m in vars(c).items() if callable(m) and not name.startswith("__")]
+    if not (all(own) and all(p.__module__.startswith("belt_sim.") for p in (*parts, *hooks))):
         return None
     laws = (model.name, sorted(model.hooks), sorted(model.contains), model.built_in, model.moments)
     return repr((name, laws, [(p.__module__, p.__qualname__) for p in parts], shape))
@@ -242,7 +247,7 @@ def _digest(*parts: Any) -> str:
 
 
 def _load(file: Path) -> Callable[..., Any]:
-    """The program of a file; raises OSError where there is none, ValueError where it is damaged."""
+    """The program of a file; raises UNREADABLE."""
     kept = file.read_bytes()
     if hashlib.sha256(kept[32:]).digest() != kept[:32]:
         raise ValueError(file)
@@ -308,8 +313,8 @@ class StoredProgram:
         folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
         if self.key is None or not folder or jax.default_backend() != "cpu":
             return as_usual()
-        asked = Path(folder) / STORED / _digest(code_hash(), self.key, structure, types, self.effort, *_machine())
-        with suppress(OSError, ValueError):
+        asked = Path(folder) / STORED / _digest(CODE, self.key, structure, types, self.effort, *_machine())
+        with suppress(*UNREADABLE):
             return _load(asked.with_name(asked.read_text()))
         if not _can_store():
             return as_usual()
@@ -328,8 +333,10 @@ class StoredProgram:
         file = asked.with_name(f"{_digest(text, traced.in_tree, traced.out_tree, self.effort, *_machine())}.program")
         try:
             program = _load(file)  # other code may have given the same one
-        except (OSError, ValueError):
+        except UNREADABLE:
             program = traced.compile()
+            for left in Path(folder).glob(f"*{name}*"):  # in JAX's own cache, where nothing finds it again
+                left.unlink(missing_ok=True)
             try:
                 content, inputs, outputs = serialize_executable.serialize(program)
             except Exception:  # JAX cannot write every program

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import jax
@@ -12,7 +13,7 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import SensorPlace
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.jax_setup import StoredProgram, in_float64
+from belt_sim.jax_setup import PROGRAMS, StoredProgram, in_float64, program_key
 from belt_sim.line.hooks import (
     AFTER_ENGINE,
     BEFORE_ENGINE,
@@ -195,9 +196,12 @@ def _apply(rows, boundary: BoundaryValues) -> jax.Array:
 
 LIMPEST = 20.0  # chord over twice the catenary's parameter: such a rope hangs 10^7 chords deep
 
-_at_runup = StoredProgram(  # uncompiled it takes a second
-    lambda case, effects, span: span_responses(case, effects, span).runup, "responses at the run-up", brief=True
-)
+
+@lru_cache(PROGRAMS)
+def _at_runup(model: Composition) -> StoredProgram:
+    """Rows at the run-up of a case, the built-in effects and a span; uncompiled it takes a second."""
+    key = program_key("responses at the run-up", model, ())
+    return StoredProgram(lambda case, effects, span: span_responses(case, effects, span).runup, key, brief=True)
 
 
 @in_float64
@@ -210,7 +214,7 @@ def runup_weights(case: Case, model: Composition) -> tuple[float, float]:
     span = model.span(case)
     if span.limp:
         return 1.0, 1.0
-    rows = np.asarray(_at_runup(case, model.built_in, span))
+    rows = np.asarray(_at_runup(model)(case, model.built_in, span))
     tail, head = -rows[:, 2] / (rows[:, 0] * span.length)
     return float(tail), float(head)
 

@@ -62,7 +62,7 @@ def test_the_slack_side_of_a_driven_belt_goes_with_its_direction():
     few = at_few_places(data, "pull_tail", "pull_upper", "pull_lower", "bending_both", "tension", "turn_tail")
     hidden = replace(few, projector=replace(data.projector, residual=residual))
     found = choose_law(hidden, hidden.latent_inputs[0], pairs=False).best  # the row is not of its size any more
-    assert found.law.family == (("pull_tail", "none", "linear", "constant"),)
+    assert [term.place.name for term in found.law.terms] == ["pull_tail"]
 
 
 def test_a_load_on_a_span_is_told_from_what_a_pulley_does():

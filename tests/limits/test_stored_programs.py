@@ -1,5 +1,6 @@
 """Programs on disk give the same bits as those compiled now, and are never those of other code."""
 
+import hashlib
 import sys
 from dataclasses import replace
 from types import SimpleNamespace
@@ -8,10 +9,12 @@ import jax
 import numpy as np
 import pytest
 from jax.experimental import serialize_executable
+from paper_cases import paper_case
 
 from belt_sim import jax_setup
 from belt_sim.effects.base import Effect, effect, library, parameter
 from belt_sim.jax_setup import STORED, StoredProgram, program_key
+from belt_sim.line.spans import runup_weights
 from belt_sim.model import MODELS
 
 
@@ -67,6 +70,36 @@ def test_a_damaged_file_is_made_anew(folder):
     assert len(log) == 2
 
 
+def test_a_foreign_file_of_a_right_digest_is_made_anew(folder):
+    log: list = []
+    StoredProgram(traced(log), "test")(np.ones(3), {"a": 2.0, "b": 1.0})
+    (file,) = folder.glob("*.program")
+    file.write_bytes(hashlib.sha256(b"hello world(\nxyz").digest() + b"hello world(\nxyz")
+    again = StoredProgram(traced(log), "test")(np.ones(3), {"a": 2.0, "b": 1.0})
+    assert np.array_equal(again["sine"], 2.0 * np.sin(np.ones(3)) + 1.0)
+
+
+def test_nothing_is_left_that_nobody_finds_again(folder):
+    jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
+    StoredProgram(traced([]), "test")(np.ones(3), {"a": 2.0, "b": 1.0})
+    assert not list(folder.parent.glob("*program_*"))
+
+
+def test_weights_of_a_users_own_law_are_not_kept(folder):
+    @effect
+    class Stiff(Effect):
+        """An effect of a user, of one name and several laws."""
+
+        law = "drive"
+        reference = "none"
+        size: float = parameter("1", "size", plausible=(0.0, 1.0), scale=1.0)
+
+    model = replace(MODELS["strip"], built_in=(Stiff(size=0.5),))
+    mine = runup_weights(paper_case(20.0, 0.0), model)
+    assert not folder.exists()
+    assert mine == runup_weights(paper_case(20.0, 0.0), MODELS["strip"])
+
+
 def refuse(*_, **__):
     raise TypeError("another interface")
 
@@ -105,7 +138,7 @@ def test_without_the_pass_that_leaves_places_out_a_program_is_kept_with_them(fol
     assert len(list(folder.glob("*.program"))) == 1
 
 
-def test_code_that_is_not_the_packages_own_is_not_kept(folder):
+def test_code_that_is_not_the_packages_own_is_not_kept(folder, monkeypatch):
     @effect
     class Mine(Effect):
         """An effect of a user."""
@@ -118,5 +151,8 @@ def test_code_that_is_not_the_packages_own_is_not_kept(folder):
     assert program_key("march", strip, [taper])
     assert program_key("march", strip, [Mine]) is None
     assert program_key("march", replace(strip, span=lambda case: strip.span(case)), [taper]) is None
+    assert program_key("march", replace(strip, built_in=(Mine(size=0.5),)), []) is None
+    monkeypatch.setattr(taper, "runup", lambda self, runup, state, case: runup)
+    assert program_key("march", strip, [taper]) is None
     StoredProgram(traced([]), None)(np.ones(3), {"a": 2.0, "b": 1.0})
     assert not folder.exists()
