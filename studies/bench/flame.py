@@ -81,6 +81,9 @@ def draw(axes: Axes, stacks: Counter[tuple[str, ...]], seconds: float, longest: 
 
 def main() -> None:
     """Record, draw, write."""
+    if len(sys.argv) < 4 or "," not in sys.argv[1]:
+        print(__doc__, file=sys.stderr)
+        sys.exit(2)
     asked, picture, *trees = sys.argv[1:]
     campaign, model = asked.split(",")
     figure = Figure(figsize=(9.0, 2.6 * len(trees) + 0.4), layout="constrained")
@@ -88,7 +91,7 @@ def main() -> None:
     made = [record(Path(tree), campaign, model) for tree in trees]
     for axes, tree, (stacks, seconds) in zip(panels, trees, made, strict=True):
         draw(axes, stacks, seconds, max(s for _, s in made))
-        axes.set_title(f"{campaign}, {Path(tree).name}: {seconds:.0f} CPU s", loc="left", fontsize=8)
+        axes.set_title(f"{campaign}, {Path(tree).resolve().name}: {seconds:.0f} CPU s", loc="left", fontsize=8)
     panels[-1].set_xlabel("CPU time [s]", fontsize=8)
     write_with(Path(picture), lambda path: figure.savefig(path, dpi=150))
 

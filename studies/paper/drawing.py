@@ -86,12 +86,6 @@ class Oblique:
             ax.fill(*both[ConvexHull(both).vertices].T, facecolor=FAINT, alpha=0.22, linewidth=0, zorder=1)
             ax.plot(*rings[1].T, color=FAINT, linewidth=0.9, zorder=1)
 
-    def name_pulleys(self, ax: Any) -> None:
-        """Which is which."""
-        for x, name in ((self.rig.centre_distance, "tail pulley (yawed)"), (0.0, "head pulley")):
-            place = self.flat(np.array([[x, 1.25 * self.width * self.half_width, -self.rig.tail_radius]]))[0]
-            note(ax, name, tuple(place), (0, -6), ha="center", va="top")
-
     def tilted_belt(self, fig: Any, ax: Any, shape: Shape) -> None:
         """The machine with its ribbon, lower parts first, coloured by the tilt of its cross-sections."""
         from matplotlib.collections import PolyCollection
@@ -109,7 +103,9 @@ class Oblique:
         for edge in (left, right):
             ax.plot(*np.vstack([edge, edge[:1]]).T, color=INK, linewidth=0.7, zorder=3)
         fig.colorbar(patches, ax=ax, label="tilt [mrad]", shrink=0.8, pad=0.01)
-        self.name_pulleys(ax)
+        for x, name in ((self.rig.centre_distance, "tail pulley (yawed)"), (0.0, "head pulley")):
+            place = self.flat(np.array([[x, 1.25 * self.width * self.half_width, -self.rig.tail_radius]]))[0]
+            note(ax, name, tuple(place), (0, -6), ha="center", va="top")
         bare(ax)
 
 
