@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from small_campaign import diagnosed, drawn
-from told import unknown
+from unknown_result import unknown
 
 from belt_sim.api.plot import report_pictures
 from belt_sim.campaign import Suspicion

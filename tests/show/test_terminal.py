@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 from small_campaign import drawn
-from told import unknown
+from unknown_result import unknown
 
 from belt_sim.effects.base import library
 from belt_sim.results.check import Check, Visible
