@@ -24,13 +24,13 @@ from belt_sim.space.mjx import (
     diverged,
     march,
     plan,
-    prepare,
-    scene,
     simulate,
     simulate_batch,
     stack_cases,
     step,
 )
+from belt_sim.space.mjx import prepare_cases as prepare
+from belt_sim.space.mjx import scene_of as scene
 from belt_sim.space.options import Options
 from belt_sim.space.run import READING, Command
 

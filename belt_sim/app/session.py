@@ -23,14 +23,13 @@ from typing import Any
 from belt_sim.api.simulate import campaign_model
 from belt_sim.campaign import Campaign, Suspicion, read_campaign, suspicions
 from belt_sim.campaign.folder import FILES
-from belt_sim.campaign.sheet import FILE as SHEET
+from belt_sim.campaign.sheet import SHEET_FILE as SHEET
 from belt_sim.campaign.sheet import parse
 from belt_sim.campaign.types import CampaignError, Problem, quote
 from belt_sim.diagnosis.examine import BOOTSTRAPS
 from belt_sim.errors import BeltError, InputError
 from belt_sim.importing import LoggedTables, Proposal, Question, read, understand, write
-from belt_sim.importing.mapping import FILE as MAPPING
-from belt_sim.importing.mapping import SCHEMA, inner_mapping
+from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, inner_mapping
 from belt_sim.io import write_text
 from belt_sim.model import BY_TENSION
 from belt_sim.show.observers import AS_JSON
@@ -46,7 +45,7 @@ TOO_LARGE = (
 LOGGERS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".xlsx")
 LONGEST_NAME = 120  # characters
 NO_CODE = "effects are not read by this page; name them in a terminal: belt-sim diagnose effects=[my_effect.py]"
-WANTED = f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or one YAML with schema: {SCHEMA}"
+WANTED = f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or one YAML with schema: {MAPPING_SCHEMA}"
 
 
 # ---- dropped files
@@ -59,7 +58,7 @@ class Tray:
     campaign: dict[str, bytes] = field(default_factory=dict)
     loggers: dict[str, bytes] = field(default_factory=dict)
     mapping: bytes | None = None
-    mapping_name: str = MAPPING
+    mapping_name: str = MAPPING_FILE
     messages: list[str] = field(default_factory=list)
 
 
@@ -78,7 +77,7 @@ def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
             if twice := [*(found.keys() & tray.campaign.keys())]:
                 remedy = f"{twice[0]} was dropped twice, the first is kept; drop one campaign at a time"
             tray.campaign = found | tray.campaign
-        elif known == MAPPING or (known.endswith((".yaml", ".yml")) and SCHEMA.encode() in data):
+        elif known == MAPPING_FILE or (known.endswith((".yaml", ".yml")) and MAPPING_SCHEMA.encode() in data):
             if tray.mapping is not None:
                 remedy = f"{tray.mapping_name} is the mapping already; drop one"
             else:
@@ -206,7 +205,7 @@ def read_mapping(name: str, data: bytes) -> dict[str, Any]:
     problems: list[Problem] = []
     marked = parse(data.decode("utf-8-sig", errors="replace"), name, problems)
     if marked is None or problems or not isinstance(marked.tree, dict):
-        raise CampaignError(problems[:1] or [Problem(file=name, remedy=f"must begin with schema: {SCHEMA}")])
+        raise CampaignError(problems[:1] or [Problem(file=name, remedy=f"must begin with schema: {MAPPING_SCHEMA}")])
     return marked.tree
 
 

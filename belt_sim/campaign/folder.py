@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 import yaml
 
-from belt_sim.campaign.sheet import SCHEMA, check_name, read_sheet
+from belt_sim.campaign.sheet import CAMPAIGN_SCHEMA, check_name, read_sheet
 from belt_sim.campaign.types import (
     Campaign,
     CampaignError,
@@ -37,7 +37,7 @@ from belt_sim.settings import BELT, BOUNDS, Range
 from belt_sim.units import MM_PER_M, UNITS
 
 #: column -> field of Run, range, value of a blank (None: required)
-NUMBERS: dict[str, tuple[str, Range, float | None]] = {
+RUN_NUMBERS: dict[str, tuple[str, Range, float | None]] = {
     "tension_N_per_mm2": ("tension", BOUNDS["tension"], None),
     "yaw_deg": ("yaw", BOUNDS["yaw"], None),
     "yaw_head_deg": ("yaw_head", BOUNDS["yaw"], 0.0),
@@ -50,12 +50,12 @@ NUMBERS: dict[str, tuple[str, Range, float | None]] = {
     "y0_mm": ("y0", BOUNDS["y0"], math.nan),
 }
 REQUIRED = ("run", "tension_N_per_mm2", "yaw_deg")
-KNOWN = ("run", *NUMBERS, "repeat_of", "use", "started")
+RUNS_COLUMNS = ("run", *RUN_NUMBERS, "repeat_of", "use", "started")
 RATES = ("rate1", "rate2", "rate3", "rate4")
 #: A repeat's stated settings may differ from its first run's by this share: set again, they are read again.
 REPEAT_TOLERANCE = 0.05
 #: Cell of run_in_m where the machine ran already, for a way that nobody knows.
-UNKNOWN = "unknown"
+UNKNOWN_RUN_IN = "unknown"
 #: In the file these count from the beginning of the record, in a run from its straight start: what run_in adds there.
 COUNTED = {"yaw_at": 1.0, "start": -1.0}
 #: What a repeat need not have alike.
@@ -161,16 +161,16 @@ def parse_table(
 
 def read_runs(text: str, problems: list[Problem]) -> tuple[CsvTable | None, dict[str, Run]]:
     """Return runs.csv and its rows as runs without records, by name; None if the table itself is broken."""
-    table, runs = parse_table(text, "runs.csv", REQUIRED, KNOWN, problems), dict[str, Run]()
+    table, runs = parse_table(text, "runs.csv", REQUIRED, RUNS_COLUMNS, problems), dict[str, Run]()
     if table is None:
         return None, runs
     blank = [""] * len(table.lines)  # the cells of a column that is left out
-    ran = np.array([cell == UNKNOWN for cell in table.columns.get("run_in_m", blank)])
+    ran = np.array([cell == UNKNOWN_RUN_IN for cell in table.columns.get("run_in_m", blank)])
     if ran.any():
-        table.columns["run_in_m"] = ["" if cell == UNKNOWN else cell for cell in table.columns["run_in_m"]]
+        table.columns["run_in_m"] = ["" if cell == UNKNOWN_RUN_IN else cell for cell in table.columns["run_in_m"]]
     numbers = {
         field: table.numbers(column, bounds, blank=value)
-        for column, (field, bounds, value) in NUMBERS.items()
+        for column, (field, bounds, value) in RUN_NUMBERS.items()
         if column in table.columns
     }
     if ran.any():
@@ -207,9 +207,8 @@ def read_runs(text: str, problems: list[Problem]) -> tuple[CsvTable | None, dict
             values["start"] -= run_in
         if values["yaw_at"] < 0.0:
             remedy = f"is before the record: state run_in_m of at least {run_in - values['yaw_at']:g}, how far the belt"
-            remedy += (
-                f" had run from a straight start when the record began, or leave this at 0 beside run_in_m {UNKNOWN}"
-            )
+            remedy += " had run from a straight start when the record began, or leave this at 0 beside run_in_m"
+            remedy += f" {UNKNOWN_RUN_IN}"
             table.refuse(row, "yaw_at_m", values["yaw_at"] - run_in, "m", remedy)
         use: Any = uses[row] or "fit"
         runs[name] = Run(name=name, repeat_of=repeats[row] or None, use=use, started=started[row], **values)
@@ -230,7 +229,7 @@ def _check_repeat(table: CsvTable, runs: Mapping[str, Run], run: Run) -> None:
     elif first.repeat_of is not None:
         remedy = f"is itself a repeat; name {first.repeat_of} instead"
     else:
-        for column, (field, bounds, _) in NUMBERS.items():
+        for column, (field, bounds, _) in RUN_NUMBERS.items():
             counted = [r.counted_from if field == "yaw_at" else 0.0 for r in (run, first)]
             own, its = ((getattr(r, field) or 0.0) - from_ for r, from_ in zip((run, first), counted, strict=True))
             if field not in FREE and abs(own - its) > REPEAT_TOLERANCE * abs(its):
@@ -576,7 +575,7 @@ def sheet_tree(campaign: Campaign) -> dict[str, Any]:
         if s.wander_sd:
             signals[s.name]["wander"] = {"sd": _in_unit(s.wander_sd, s.unit), "length_m": float(s.wander_length)}
     return {
-        "schema": SCHEMA,
+        "schema": CAMPAIGN_SCHEMA,
         "title": campaign.title,
         "source": dict(vars(campaign.source)),
         "machine": {name: quantity(q, "m") for name, q in machine.items()},
@@ -602,13 +601,13 @@ def _cells(si: np.ndarray, scale: float = 1.0) -> list[str]:
 def runs_text(runs: tuple[Run, ...]) -> str:
     """runs.csv; columns that no run states are left out."""
     columns = {"run": [run.name for run in runs]}
-    for column, (name, bounds, _) in NUMBERS.items():
+    for column, (name, bounds, _) in RUN_NUMBERS.items():
         values = np.array([getattr(run, name) for run in runs], dtype=float)
         if name in COUNTED:
             values = values - COUNTED[name] * np.array([run.counted_from for run in runs])
         columns[column] = _cells(values, UNITS[bounds.unit][1])
         if name == "run_in":
-            columns[column] = [cell or UNKNOWN for cell in columns[column]]
+            columns[column] = [cell or UNKNOWN_RUN_IN for cell in columns[column]]
     columns["direction"] = [f"{run.direction:g}" for run in runs]
     columns |= {name: [getattr(run, name) or "" for run in runs] for name in ("repeat_of", "use", "started")}
     blank = {"u_yaw_at_m": "0.0", "start_m": "", "run_in_m": "0.0", "y0_mm": "", "started": ""}

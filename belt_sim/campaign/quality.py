@@ -50,7 +50,7 @@ class Suspicion:
 #: Median absolute deviation -> standard deviation of a normal distribution.
 MAD_TO_SIGMA = 1.4826
 #: Readings below which a record says nothing about its noise or its repetitions.
-FEWEST = 12
+FEWEST_READINGS = 12
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,9 +173,10 @@ def leave_out_bad_readings(campaign: Campaign) -> tuple[Campaign, tuple[Suspicio
     """
     signals, found = {run.name: dict(run.signals) for run in campaign.runs}, []
     for record in records_of(campaign):
-        if len(record.readings) < FEWEST or len(stuck := _stuck_stretch(record)) > MOST_STUCK * len(record.readings):
+        count = len(record.readings)
+        if count < FEWEST_READINGS or len(stuck := _stuck_stretch(record)) > MOST_STUCK * count:
             continue
-        others = np.delete(np.arange(len(record.readings)), stuck)
+        others = np.delete(np.arange(count), stuck)
         spikes = others[few_spikes(record.readings[others], LEAST_SCATTER * record.stated_noise)]
         run, name = record.run, record.sheet.name
         bad = ("in a row are one and the same value", stuck), ("jump away from their neighbours and back", spikes)
@@ -193,7 +194,7 @@ def leave_out_bad_readings(campaign: Campaign) -> tuple[Campaign, tuple[Suspicio
 def check_record(record: Record) -> list[Suspicion]:
     """Return at most one suspicion: stuck at a value, clipped, jumping away and back, or stepping."""
     y, s = record.readings, record.travel + record.run.yaw_at
-    if len(y) < FEWEST:
+    if len(y) < FEWEST_READINGS:
         return []
     kind: SuspicionKind = "dropout"
     severity: Severity = "stop"
@@ -285,13 +286,13 @@ def spike_sizes(y: np.ndarray, least: float, lone: float = LONE_SPIKE) -> np.nda
 
 def few_spikes(y: np.ndarray, least: float, lone: float = LONE_SPIKE) -> np.ndarray:
     """Return the places (k,) of the spikes in readings (n,); none where so many jump that the sensor is broken."""
-    spikes = np.flatnonzero(spike_sizes(y, least, lone)) if len(y) >= FEWEST else np.arange(0)
+    spikes = np.flatnonzero(spike_sizes(y, least, lone)) if len(y) >= FEWEST_READINGS else np.arange(0)
     return spikes if len(spikes) < MOST_SPIKES * len(y) else spikes[:0]
 
 
 def check_gaps(campaign: Campaign) -> list[Suspicion]:
     """Return long blank stretches inside signals, and signals that are missing in some runs only."""
-    recorded, found = [run for run in campaign.runs if len(run.travel) >= FEWEST], []
+    recorded, found = [run for run in campaign.runs if len(run.travel) >= FEWEST_READINGS], []
     usual = [s.name for s in campaign.signals if 2 * sum(s.name in r.signals for r in recorded) > len(recorded)]
     for run in recorded:
         told = dict.fromkeys(sorted({*usual} - {*run.signals}), "no readings at all, though most runs have them")
@@ -349,7 +350,7 @@ def check_noise(records: list[Record]) -> list[Suspicion]:
     for r in records:
         # a sensor's quantum, or a slip, may leave no more than steps of the last digits
         noise = max(r.measured_noise, resolution(r.readings) / math.sqrt(12.0))
-        if len(r.readings) >= FEWEST and noise > 0.0:
+        if len(r.readings) >= FEWEST_READINGS and noise > 0.0:
             ratios[r.sheet.name][r.run.name] = noise / r.stated_noise
         if r.sheet.kind == "lateral" and r.run.yaw != 0.0 and r.travel[-1] > 0.0:
             sizes[r.sheet.name].append(r.rms / (abs(r.run.yaw) * float(r.travel[-1])))
@@ -435,7 +436,7 @@ def check_running_start(campaign: Campaign, records: list[Record]) -> list[Suspi
         return []
     rate = float(np.mean(rates))
     error = max(float(np.mean(errors)), float(np.std(rates, ddof=1))) / math.sqrt(len(rates))
-    if abs(rate) < CLEAR * error:
+    if abs(rate) < CLEAR_SIGMAS * error:
         return []
     sentence = (
         f"the belt runs off by {1e3 * rate:+.2g} mm/m (one sigma {1e3 * error:.1g}) before any yaw, at both pulleys "
@@ -500,9 +501,9 @@ def _odd_repeats(
         height = max(np.median(heights), heights[k]) if elsewhere else np.median(np.delete(heights, k))
         error = math.sqrt(2.0) * math.hypot(error, campaign.settings.tension_rel * its.rms, height)
         usual = float(np.median(np.delete(off.max(axis=1), k))) if several else math.inf
-        beyond = size >= APART * error
+        beyond = size >= REPEATS_APART * error
         # a mean of many readings errs less
-        odd = len(alike) > FEWEST_RUNS and size >= max(ODD * usual, 0.5 * APART * its.drift_error)
+        odd = len(alike) > FEWEST_RUNS and size >= max(ODD_REPEAT * usual, 0.5 * REPEATS_APART * its.drift_error)
         if not (beyond or odd):
             continue
 
@@ -575,14 +576,14 @@ TAIL_AND_HEAD = (("point_1", "point_4"), ("point_2", "point_3"), ("point_1", "po
 # Constants of the decisions. Leads are in units of beta L/2; an error is zero, wander and white noise together.
 
 #: Sigmas of its error that a lead, a slope or a curve must exceed to be judged.
-CLEAR = 6.0
+CLEAR_SIGMAS = 6.0
 #: The lead is judged once the belt has travelled this many spans.
-SPANS = 1.2
+LEAD_SPANS = 1.2
 #: A lead below -REVERSED is turned round; outside LOW..HIGH the yaw is of another magnitude. Linear belts give 0.5 to
 #: 1.7, with a pulley offset as large as the yaw itself 0 to 3.
 REVERSED, LOW, HIGH = 0.45, 0.12, 6.0
 #: Leads, and yaws, within this ratio are alike.
-ALIKE = 3.0
+ALIKE_LEADS = 3.0
 #: If a pulley offset is the reason, the runs of the other yaw sign have a lead above this.
 OFFSET = 1.8
 #: Late slopes come from the last LATE of records longer than SETTLED spans; MOST: share of runs that must agree.
@@ -596,10 +597,10 @@ LEAST_LEAD = 0.3
 #: Runs are compared if their tensions differ by less than this share.
 SAME_TENSION = 0.2
 #: Sigmas of sensors and settings by which repeats must differ in the end to be told.
-APART = 4.0
+REPEATS_APART = 4.0
 #: One of five repeats and more is off that ends this many times as far from the others' median as they do in the
 #: median: of repeats that scatter normally one series in 400.
-ODD = 8.0
+ODD_REPEAT = 8.0
 #: A curve (over yaw) is turned round if its cosine with another is below this, and its size within this ratio.
 OPPOSED, ALIKE_SIZE = -0.8, 1.5
 _GRID = 100
@@ -626,12 +627,12 @@ def check_leads(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
         leads = []
         for tail, head in pairs_at(records, *places):
             run, scale, end = tail.run, tail.run.yaw * span / 2.0, min(tail.travel[-1], head.travel[-1])
-            if scale == 0.0 or abs(run.yaw_head) > 0.2 * abs(run.yaw) or end < SPANS * span or run.runs_already:
+            if scale == 0.0 or abs(run.yaw_head) > 0.2 * abs(run.yaw) or end < LEAD_SPANS * span or run.runs_already:
                 continue
             s = np.linspace(span, end, _GRID)
             y_tail, y_head = (np.interp(s, r.travel, r.readings) for r in (tail, head))
             lead, drift = float(np.mean(y_tail - y_head)), float(np.mean(y_tail + y_head))
-            if max(abs(lead), abs(scale) * LOW) >= CLEAR * math.hypot(tail.drift_error, head.drift_error):
+            if max(abs(lead), abs(scale) * LOW) >= CLEAR_SIGMAS * math.hypot(tail.drift_error, head.drift_error):
                 leads.append(Lead(tail, head, run.yaw, lead / scale, drift / scale))
         for suspicion in _judge(leads, span) if leads else ():
             found.setdefault((suspicion.run, suspicion.kind), suspicion)
@@ -640,7 +641,7 @@ def check_leads(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
 
 def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
     factors = np.array([lead.lead for lead in leads])
-    common = len(leads) > 1 and factors.min() > 0.0 and factors.max() <= ALIKE * factors.min()
+    common = len(leads) > 1 and factors.min() > 0.0 and factors.max() <= ALIKE_LEADS * factors.min()
     if common and (factors.min() > HIGH or factors.max() < LOW):
         sentence = f"in every run {leads[0].tail.sheet.name} and {leads[0].head.sheet.name} differ by about"
         sentence += f" {float(np.median(factors)):.2g} times what the stated yaw gives: the yaw (or the readings) is in"
@@ -664,7 +665,8 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
         if lead.lead >= 0.0:  # certain if the yaw implied by the lead, but not the stated one, is that of other runs
             others = [abs(other.yaw) for other in leads if other is not lead]
             stated = abs(lead.yaw) / float(np.median(others)) if others else 1.0
-            certain = 1.0 / ALIKE < stated * abs(lead.lead) < ALIKE and not 1.0 / ALIKE < stated < ALIKE
+            implied, stated = (abs(math.log(max(x, 1e-300))) for x in (stated * abs(lead.lead), stated))
+            certain = implied < math.log(ALIKE_LEADS) <= stated
         found.append(_odd_lead(lead, "stop" if certain else "look"))
     if len(found) == len(leads) > 1 and len({s.kind for s in found}) == 1:
         return [replace(found[0], run=None, sentence=f"in every run: {found[0].sentence}")]
@@ -700,7 +702,7 @@ def _turned_column(leads: list[Lead], span: float) -> list[Suspicion]:
         end = min(lead.tail.travel[-1], lead.head.travel[-1])
         s = np.linspace((1.0 - LATE) * end, end, _GRID)
         pair = [np.polyfit(s, np.interp(s, r.travel, r.readings), 1)[0] for r in (lead.tail, lead.head)]
-        clear = CLEAR * max(lead.tail.drift_error, lead.head.drift_error) / (LATE * end)
+        clear = CLEAR_SIGMAS * max(lead.tail.drift_error, lead.head.drift_error) / (LATE * end)
         if end >= SETTLED * span and min(map(abs, pair)) >= clear:
             slopes.append([float(slope) / lead.yaw for slope in pair])
     apart = [(tail, head) for tail, head in slopes if abs(tail + head) < 0.5 * abs(tail - head)]
@@ -740,7 +742,7 @@ def check_wraps(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
 def check_places(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     """Return signals stated at one place that differ, and signals stated at two places that agree."""
     of_pair: dict[tuple[str, str], list[tuple[Record, Record]]] = defaultdict(list)
-    judged = [r for r in records if r.sheet.kind == "lateral" and len(r.travel) >= FEWEST]
+    judged = [r for r in records if r.sheet.kind == "lateral" and len(r.travel) >= FEWEST_READINGS]
     for a, b in (pair for pair in combinations(judged, 2) if pair[0].run.name == pair[1].run.name):
         of_pair[a.sheet.name, b.sheet.name].append((a, b))
     span, found = float(rig_of(campaign).span_length), []
@@ -758,7 +760,8 @@ def check_places(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
         if first == second and (off := float(np.median(apart))) >= OTHER_PLACE:
             sentence = f"both are stated at {first}, but differ by {off:.0f} times their noise: one is elsewhere"
             found.append(Suspicion(None, names, "same_place", sentence))
-        copied = all(np.array_equal(a.readings, b.readings) and len(np.unique(a.readings)) > FEWEST for a, b in pairs)
+        equal = (np.array_equal(a.readings, b.readings) for a, b in pairs)
+        copied = all(equal) and all(len(np.unique(a.readings)) > FEWEST_READINGS for a, _ in pairs)
         one = {first, second} in [{*places} for places in TAIL_AND_HEAD] and len(alike) > 1 and all(alike)
         if first != second and (copied or one):
             sentence = f"read the same, though stated at {first} and {second}: both are at one place, or a column was"
@@ -786,7 +789,7 @@ def check_signs(records: list[Record]) -> list[Suspicion]:
     """
     found = []
     judged = [r for r in records if abs(r.run.yaw) > 2.0 * abs(r.run.yaw_head) and not r.run.runs_already]
-    judged = [r for r in judged if r.rms > CLEAR * r.drift_error and len(r.travel) > 2]
+    judged = [r for r in judged if r.rms > CLEAR_SIGMAS * r.drift_error and len(r.travel) > 2]
     for name in dict.fromkeys(r.sheet.name for r in judged):
         own = [r for r in judged if r.sheet.name == name]
         if len(own) < 3:
@@ -813,7 +816,7 @@ def check_copies(records: list[Record]) -> list[Suspicion]:
     """Return runs that hold the readings of another run."""
     found, seen = [], dict[tuple[str, bytes], str]()
     for record in records:
-        if len(np.unique(record.readings)) < FEWEST:
+        if len(np.unique(record.readings)) < FEWEST_READINGS:
             continue
         first = seen.setdefault((record.sheet.name, record.readings.tobytes()), record.run.name)
         if first != record.run.name:

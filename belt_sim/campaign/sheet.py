@@ -108,7 +108,7 @@ def parse(text: str, file: str, problems: list[Problem]) -> MarkedYaml | None:
 
 
 #: pydantic's type of error -> what to do about it.
-REMEDIES = {
+REMEDIES_BY_TYPE = {
     "missing": "is missing; state it",
     "float_parsing": "must be a number, with a decimal point",
     "float_type": "must be a number, with a decimal point",
@@ -127,7 +127,7 @@ def validation_problem(
     schema: type[BaseModel],
     *,
     examples: Mapping[str, str] | None = None,
-    remedies: Mapping[str, str] = REMEDIES,
+    remedies: Mapping[str, str] = REMEDIES_BY_TYPE,
 ) -> Problem:
     """Translate one pydantic error into a problem at its line.
 
@@ -167,7 +167,7 @@ def _models(annotation: Any) -> Iterator[type[BaseModel]]:
         yield from _models(part)
 
 
-SCHEMA = "belt-campaign/1"
+CAMPAIGN_SCHEMA = "belt-campaign/1"
 #: Column names of signals.csv that no signal may take.
 RESERVED = ("run", "travel_m", "time_s")
 NAME = re.compile(r"\w[\w.+ -]*")
@@ -332,7 +332,7 @@ class CampaignEntry(Entry):
     settings: SettingsEntry = SettingsEntry()
 
 
-FILE = "campaign.yaml"
+SHEET_FILE = "campaign.yaml"
 
 
 @cache
@@ -349,12 +349,12 @@ def read_sheet(text: str, problems: list[Problem]) -> tuple[Campaign | None, fro
     to ``problems``.
     """
     before = len(problems)
-    marked = parse(text, FILE, problems)
+    marked = parse(text, SHEET_FILE, problems)
     if marked is None:
         return None, None
     if not isinstance(marked.tree, dict):
         remedy = "must be a mapping that begins with schema: belt-campaign/1"
-        problems.append(Problem(file=FILE, line=1, remedy=remedy))
+        problems.append(Problem(file=SHEET_FILE, line=1, remedy=remedy))
         return None, None
     signals = marked.tree.get("signals")
     names = frozenset(signals) if isinstance(signals, dict) else frozenset()
@@ -364,7 +364,7 @@ def read_sheet(text: str, problems: list[Problem]) -> tuple[Campaign | None, fro
         examples = field_texts("example")
         for details in error.errors():
             path: Path = tuple(str(part) for part in details["loc"] if part != "[key]")
-            problems.append(validation_problem(details, path, marked, FILE, CampaignEntry, examples=examples))
+            problems.append(validation_problem(details, path, marked, SHEET_FILE, CampaignEntry, examples=examples))
         return None, names
     machine, found, yaw = entry.machine.si(), [], entry.settings.yaw
     ends = {"tail_wrap": math.pi * machine.tail_radius.value, "head_wrap": math.pi * machine.head_radius.value}
@@ -373,8 +373,8 @@ def read_sheet(text: str, problems: list[Problem]) -> tuple[Campaign | None, fro
         end = ends.get(place.where, machine.centre_distance.value) if place else 0.0
         if place and place.distance > end:  # farther along a span or a wrap than it is long
             remedy = f"must be 0 to {end:.4g} m: the {place.where.replace('_', ' ')} is no longer"
-            line, key = marked.line(("signals", name, "at")), f"signals.{name}.at"
-            problems.append(Problem(file=FILE, line=line, name=key, value=place.distance, unit="m", remedy=remedy))
+            where = {"file": SHEET_FILE, "line": marked.line(("signals", name, "at")), "name": f"signals.{name}.at"}
+            problems.append(Problem(**where, value=place.distance, unit="m", remedy=remedy))
         kind, scale, wander = kind_at(signal.at), UNITS[signal.unit][1], signal.wander
         assert kind is not None
         errors = {"white": signal.white * scale, "zero": signal.zero * scale, "gain": signal.gain}

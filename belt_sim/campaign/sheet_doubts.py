@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.campaign.types import PLACES, Campaign, Quantity, Run
 
 #: kind of mistake -> what to check: {where} it is, its {size}, {why} it may have been made
-WORDS = {
+MISTAKE_WORDS = {
     "yaw_place": "where the yaw was applied: {where} the belt begins to move {size} m after the stated yaw_at",
     "yaw_sign": "the sign of the yaw: {where} the belt moves as after a yaw of the other sign",
     "yaw_unit": "the unit of the yaw: {where} the belt moves as after {size} times the yaw ({why}?)",
@@ -40,7 +40,7 @@ _SCALED = {
 #: Kinds of which sizes between those tried make sense, and which may concern some of the runs alone.
 CONTINUOUS, BY_RUN = ("yaw_place", "width"), ("yaw_place", "yaw_sign", "direction")
 #: How much later than stated a yaw may have come, as a share of a span; sizes between these are refined.
-DELAYS = (0.03, 0.07, 0.15, 0.3, 0.6, 1.0, 2.0)
+YAW_DELAYS = (0.03, 0.07, 0.15, 0.3, 0.6, 1.0, 2.0)
 #: Widths that a slip of the hand makes of the true one, over the stated one.
 WIDTHS = (0.1, 0.5, 0.8, 1.25, 2.0, 10.0)
 FEET, INCH, KILOPOND = 0.3048, 25.4, 9.80665
@@ -54,7 +54,7 @@ _READINGS = tuple(
         (0.1, "mm", "cm"),
     )
 )
-LONGEST = 1000.0  # [m]
+LONGEST_CENTRE_DISTANCE = 1000.0  # [m]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +107,7 @@ class SheetMistake:
         if self.kind == "reading_unit":
             large = self.size < 1.0
             size = f"{1.0 / self.size if large else self.size:.3g} times too {'large' if large else 'small'}"
-        return "check " + WORDS[self.kind].format(where=where, size=size, why=self.why)
+        return "check " + MISTAKE_WORDS[self.kind].format(where=where, size=size, why=self.why)
 
     @property
     def log_jacobian(self) -> float:
@@ -135,7 +135,7 @@ def _sizes(campaign: Campaign) -> Iterator[tuple[str, float, str]]:
     """Yield kinds and sizes of mistakes in a number, and the slips that make them."""
     machine = campaign.machine
     span, radii = machine.centre_distance.value, machine.head_radius.value + machine.tail_radius.value
-    for share in DELAYS:
+    for share in YAW_DELAYS:
         yield "yaw_place", share * span, ""
     if any(r.yaw for r in campaign.runs):
         yield "yaw_sign", -1.0, ""
@@ -146,7 +146,7 @@ def _sizes(campaign: Campaign) -> Iterator[tuple[str, float, str]]:
     if 2.0 * radii < span:
         yield "radius", 2.0, "half the radius is stated"
     for size, why in ((FEET, "feet as metres"), (1.0 / FEET, "metres as feet"), (0.5, "both spans as one")):
-        if radii < size * span < LONGEST:
+        if radii < size * span < LONGEST_CENTRE_DISTANCE:
             yield "centre_distance", size, why
     for size in WIDTHS:
         yield "width", size, ""

@@ -21,8 +21,8 @@ from belt_sim.importing.columns import (
     resolve_columns,
     span_of,
 )
-from belt_sim.importing.mapping import FILE, SCHEMA, MappingEntry, Question, ask, mapping_of
-from belt_sim.importing.runs import RANGES, TIME, AssembledRun, Section, find_runs, runs_on_one_grid
+from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, MappingEntry, Question, ask, mapping_of
+from belt_sim.importing.runs import RANGES, TIME_COLUMN, AssembledRun, Section, find_runs, runs_on_one_grid
 from belt_sim.importing.sheets import NoiseRead, flow_text, machine_and_belt, settings_of, sheet_text, signals_of
 from belt_sim.units import N_PER_MM2, NAMES, UNITS
 
@@ -73,7 +73,7 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
         missing += (asked := doubts(made, tables, entry, machine, belt))
     if not (found.recorded or found.rated or missing):
         raise InputError("files", "no run", "", "no run was found in them; is the right column the run or the travel?")
-    if not (found.rated or missing or any(set(run.record) - {TIME} for run in made)):
+    if not (found.rated or missing or any(set(run.record) - {TIME_COLUMN} for run in made)):
         remedy = "no column of a signal holds numbers"
         if any(t.file.suffix.lower() == ".xlsx" for t in tables):
             remedy += "; a workbook keeps those of its formulas only if it was saved with them"
@@ -125,7 +125,7 @@ REVOLUTIONS, PART = 50.0, 0.02
 SPANS, STILL, RAMP = 2.0, 2e-3, 0.04
 #: Answers under trust that take an unlikely number as it is.
 TRUSTED = ("yes", "true")
-LIKELY = {"tension": (3e5, 8e8), "speed": (2e-3, 15.0), "yaw": (-0.035, 0.035), "yaw_head": (-0.035, 0.035)}
+LIKELY_SETTINGS = {"tension": (3e5, 8e8), "speed": (2e-3, 15.0), "yaw": (-0.035, 0.035), "yaw_head": (-0.035, 0.035)}
 
 
 def doubts(
@@ -157,7 +157,7 @@ def doubts(
             words = f"{far:.4g} m of travel in run {run.key}, {far / rig.belt_length:.2g} revolutions of the belt"
             own = {c.role for c in columns}
             doubt("travel", ("travel",) if "travel" in own else ("speed", "time"), words)
-        for signal in (name for name in run.record.columns if name != TIME):
+        for signal in (name for name in run.record.columns if name != TIME_COLUMN):
             if kind_at(next(c for c in columns if c.signal == signal).at) != "lateral":
                 continue
             moved = float(np.ptp(np.nanpercentile(run.record[signal], [5.0, 95.0])))  # beside a few spikes
@@ -168,7 +168,7 @@ def doubts(
             if far > SPANS * rig.span_length and moved < STILL * yaw * far:
                 share = f"{moved / (yaw * far):.1g}"
                 doubt("y", (signal,), f"{words}, {share} of yaw times travel (a belt: 0.05 to 0.4)")
-        for key, (low, high) in LIKELY.items():
+        for key, (low, high) in LIKELY_SETTINGS.items():
             setting = run.settings.get(key)
             if setting is not None and not (setting.text or low <= setting.value <= high or setting.value == 0.0):
                 unit = RANGES[key].unit
@@ -189,7 +189,7 @@ def write(proposal: Proposal, folder: str | Path, *, overwrite: bool = False) ->
     the loader refuses, InputError for a folder that is not empty.
     """
     campaign = proposal.complete()
-    instead = {"campaign.yaml": sheet_text(campaign, proposal.comments), FILE: mapping_text(proposal.mapping)}
+    instead = {"campaign.yaml": sheet_text(campaign, proposal.comments), MAPPING_FILE: mapping_text(proposal.mapping)}
     return write_campaign(campaign, folder, overwrite=overwrite, instead=instead)
 
 
@@ -213,7 +213,7 @@ def mapping_used(
         runs[run.key] = known | _plain(run.entry)
     for name, run_entry in stated.get("runs", {}).items():
         runs.setdefault(name, run_entry)
-    out = {"schema": SCHEMA} | stated | {"columns": columns, "runs": {k: own for k, own in runs.items() if own}}
+    out = {"schema": MAPPING_SCHEMA} | stated | {"columns": columns, "runs": {k: own for k, own in runs.items() if own}}
     if step > 0.0:
         out["step_m"] = f"{step:g}"
     order = [name.rstrip("_") for name in MappingEntry.model_fields]

@@ -21,8 +21,8 @@ from belt_sim.settings import SIGNAL_DIMENSION
 from belt_sim.units import NAMES, UNITS, quantity, scaled_unit, split_unit, unit_of
 
 #: dimension -> unit of a column where neither file nor mapping states one, and in which a signal is written
-USUAL = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
-SYNONYMS = "synonyms.yaml"  # what people call roles, places and directions, and what they remark
+USUAL_UNITS = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
+SYNONYMS_FILE = "synonyms.yaml"  # what people call roles, places and directions, and what they remark
 #: place -> usual name of the signal there
 SIGNAL_NAMES = {place: place.replace("point_", "y") for place in PLACES}
 SIGNAL_NAMES |= {"upper_mid_span": "tilt", "lower_mid_span": "tilt_lower"}
@@ -243,7 +243,7 @@ def role_named(name: str) -> str:
         return "signal"
     spoken = {
         known: role
-        for role, names in texts_of(SYNONYMS)["roles"].items()
+        for role, names in texts_of(SYNONYMS_FILE)["roles"].items()
         for known in names
         if _speaks_of(words, known)
     }
@@ -260,7 +260,7 @@ def _speaks_of(words: str, known: str) -> bool:
 def place_named(name: str) -> str:
     """The place that a signal's name speaks of; "" where it says none, or not enough."""
     words = plain(name)
-    says = {part: any(w in words for w in names) for part, names in texts_of(SYNONYMS)["places"].items()}
+    says = {part: any(w in words for w in names) for part, names in texts_of(SYNONYMS_FILE)["places"].items()}
     if says["tilt"]:
         return "lower_mid_span" if says["lower"] else "upper_mid_span"
     numbered, named = _NUMBERED.match(words), ""
@@ -319,7 +319,7 @@ def _propose(column: Column) -> Column:
     name, unit = split_unit(header)
     unit = column.unit or unit or ""
     # what stands in the place of a unit, as [V], (kgf) or in furlongs
-    known = [names for group in ("roles", "places", "remarks") for names in texts_of(SYNONYMS)[group].values()]
+    known = [names for group in ("roles", "places", "remarks") for names in texts_of(SYNONYMS_FILE)[group].values()]
     for found in _STATED.finditer(header) if not unit else ():
         text = next(part for part in found.groups() if part)
         spoken = any(_speaks_of(plain(text), word) for names in known for word in names if len(word) > 1)
@@ -330,7 +330,7 @@ def _propose(column: Column) -> Column:
     role = role_named(name)
     if column.is_text:
         known, words = (
-            texts_of(SYNONYMS)["directions"],
+            texts_of(SYNONYMS_FILE)["directions"],
             [plain(v) for v in column.values] if role == "direction" else [],
         )
         signs = {"": np.nan} | dict.fromkeys(known["forward"], 1.0) | dict.fromkeys(known["reverse"], -1.0)
@@ -346,7 +346,7 @@ def _propose(column: Column) -> Column:
     if unit and not fits:
         dimension = UNITS[unit][0]
         stroke = role in ("yaw", "yaw_head") and dimension == "length" and not place_named(name)
-        if stroke and not any(_speaks_of(plain(name), known) for known in texts_of(SYNONYMS)["roles"]["signal"]):
+        if stroke and not any(_speaks_of(plain(name), known) for known in texts_of(SYNONYMS_FILE)["roles"]["signal"]):
             return replace(column, role=role, unit="", proposed_by=f"its name; a yaw in {unit} needs its lever")
         role = "signal" if dimension == "length" and place_named(name) else BY_DIMENSION.get(dimension, "")
     if not role:
@@ -358,7 +358,7 @@ def _propose(column: Column) -> Column:
     elif role.startswith(("rate", "u_rate")):
         unit = unit or "mm/m"
     elif ROLES[role].units and not unit:
-        is_tilt = role == "signal" and any(w in plain(name) for w in texts_of(SYNONYMS)["places"]["tilt"])
+        is_tilt = role == "signal" and any(w in plain(name) for w in texts_of(SYNONYMS_FILE)["places"]["tilt"])
         unit, guess = _only_unit(column, TILT if is_tilt else ROLES[role])
         why = f"its name; {guess}"
     return replace(column, role=role, unit=unit, at=at, is_certain=is_certain, proposed_by=why)
@@ -515,9 +515,9 @@ def _unit(column: Column, role: str, kinds: tuple[str, ...]) -> str:
         if own and own in UNITS and UNITS[own][0] in kinds and (column.is_certain or entry.axis is None):
             return own  # of pixels no unit can be guessed
     if entry.axis is not None or kinds == ("number",):
-        return "m" if entry.role == "travel" else USUAL[kinds[0]]
+        return "m" if entry.role == "travel" else USUAL_UNITS[kinds[0]]
     if not (ROLES[role].units or column.stated_unit):
-        return USUAL[kinds[0]]
+        return USUAL_UNITS[kinds[0]]
     if column.stated_unit or column.role == role:
         return ""
     return _only_unit(column, TILT if kinds == ("angle",) and role == "signal" else ROLES[role])[0]
@@ -602,7 +602,7 @@ def _missing(table: LoggedTable) -> Iterator[Question]:
         if kinds and not column.unit:
             there = column.numbers
             words["numbers"] = f" ({there[0]:.6g} to {there[-1]:.6g})" if len(there) else ""
-            stated, usual, units = column.stated_unit, USUAL[kinds[0]], [u for u in NAMES if UNITS[u][0] in kinds]
+            stated, usual, units = column.stated_unit, USUAL_UNITS[kinds[0]], [u for u in NAMES if UNITS[u][0] in kinds]
             scaled = scaled_unit(stated) if stated else None
             if scaled and UNITS[scaled[1]][0] in kinds:
                 yield ask("unit_or_step", (stated, scaled[1]), unit=scaled[1], **words)

@@ -12,14 +12,14 @@ import numpy as np
 import yaml
 from pydantic import AfterValidator, BeforeValidator, ValidationError, model_validator
 
-from belt_sim.campaign.sheet import REMEDIES, Entry, MarkedYaml, SourceEntry, parse, validation_problem
+from belt_sim.campaign.sheet import REMEDIES_BY_TYPE, Entry, MarkedYaml, SourceEntry, parse, validation_problem
 from belt_sim.campaign.types import CampaignError, Problem, did_you_mean, place_text, refusal
 from belt_sim.errors import InputError
 
-SCHEMA = "belt-mapping/1"
+MAPPING_SCHEMA = "belt-mapping/1"
 DAY = 86400.0  # [s]
 #: Name under which the mapping is left in the campaign folder.
-FILE = "mapping.yaml"
+MAPPING_FILE = "mapping.yaml"
 
 
 class Role(NamedTuple):
@@ -231,7 +231,7 @@ _OWN_REMEDIES = {"model_type": "give a name, or a mapping of numbers"}
 
 def _validate(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
     if not isinstance(tree, dict):
-        raise refusal(file, f"must be a mapping that begins with schema: {SCHEMA}", line=1)
+        raise refusal(file, f"must be a mapping that begins with schema: {MAPPING_SCHEMA}", line=1)
     try:
         return MappingEntry.model_validate(tree)
     except ValidationError as error:
@@ -243,7 +243,7 @@ def _validate(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
                 found.setdefault(path, details)
     raise CampaignError(
         [
-            validation_problem(details, path, marked, file, MappingEntry, remedies=REMEDIES | _OWN_REMEDIES)
+            validation_problem(details, path, marked, file, MappingEntry, remedies=REMEDIES_BY_TYPE | _OWN_REMEDIES)
             for path, details in found.items()
         ]
     )

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from belt_sim.campaign import Run
-from belt_sim.campaign.folder import NUMBERS, RATES, REPEAT_TOLERANCE, UNKNOWN
+from belt_sim.campaign.folder import RATES, REPEAT_TOLERANCE, RUN_NUMBERS, UNKNOWN_RUN_IN
 from belt_sim.campaign.quality import SPIKE, few_spikes, reading_at_yaw, resolution, scatter
 from belt_sim.campaign.types import SteadyRate, did_you_mean, shortlist
 from belt_sim.errors import InputError
@@ -20,22 +20,22 @@ from belt_sim.importing.mapping import DAY, MappingEntry, Question, RunEntry, as
 from belt_sim.units import DEGREE, N_PER_MM2, UNITS, number_of, plain_minus, quantity, round_digits, size_of
 
 #: Column of the time [s] in a record; all others are signals.
-TIME = "time_s"
+TIME_COLUMN = "time_s"
 #: A run begins anew where time or travel falls back to within this share of where the file began.
 RESTART = 0.05
-FEWEST = 3  # rows of a run
+FEWEST_ROWS = 3  # rows of a run
 #: A travel that falls back by less than this share of the record is jitter of the encoder.
 JITTER = 2e-3
 #: Share of the speed's median beyond which a speed of the other sign is a reversal.
 REVERSAL = 0.2
 #: setting -> its range, in the unit that a number without one has
-RANGES = {name: bounds for name, bounds, _ in NUMBERS.values()}
+RANGES = {name: bounds for name, bounds, _ in RUN_NUMBERS.values()}
 #: Settings without which a run says nothing.
 NEEDED = ("tension", "yaw")
 #: A yaw that moves by less than this share of its largest value stands still.
 STILL = 0.05
 #: A logged yaw that comes back moved if it was this far off [rad]; less is taken for noise of a gauge at rest.
-MOVED = 1e-4
+YAW_MOVED = 1e-4
 #: Parts of a run over which a logged tension is averaged, and the sigmas of such a mean by which they must differ.
 TENTHS, MOVES = 10, 6.0
 #: Speed [m/s] below which the belt stands.
@@ -45,11 +45,11 @@ CREEPS = 0.01
 #: Steps of a counter within which it must go on where it rolls over, and the numbers [its unit] at which counters do.
 GOES_ON, FULL = 3.0, (*(10.0**k for k in range(1, 8)), *(2.0**k for k in range(8, 33)), 65.536, 32.768)
 #: Usual steps of the clock that are a gap.
-GAP = 20.0
+GAP_OF_CLOCK = 20.0
 #: Steps of the travel beyond which a last row is no reading, but a total.
-ALONE = 100.0
+LAST_ROW_STEPS = 100.0
 #: Quantile of the steps of a signal or a clock, of which it makes fewer than GOES_ON where it goes on.
-USUAL = 0.95
+USUAL_STEP = 0.95
 #: Digits that a logged setting is rounded to, and those of a place on the belt, of up to 20000 m.
 DIGITS, START_DIGITS = 4, 7
 
@@ -138,8 +138,8 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
         record = parts[0].record
         if len(parts) > 1:
             record = pd.concat([p.record for p in parts]).groupby(level=0).last()
-            if not all(TIME in p.record for p in parts):
-                record = record.drop(columns=TIME, errors="ignore")
+            if not all(TIME_COLUMN in p.record for p in parts):
+                record = record.drop(columns=TIME_COLUMN, errors="ignore")
         notes = tuple(dict.fromkeys(n for p in parts for n in p.notes))
         file = ", ".join(dict.fromkeys(p.file for p in parts))
         found.recorded.append(replace(parts[0], record=record, settings=settings, notes=notes, file=file))
@@ -184,7 +184,7 @@ def _count_on(table: LoggedTable) -> LoggedTable:
     values = column.values.astype(float) if column is not None and not column.is_text else np.empty(0)
     there = np.flatnonzero(np.isfinite(values))
     steps = np.diff(values[there])
-    if column is None or len(steps) < FEWEST or np.mean(steps < 0.0) > 0.5 or not np.any(steps > 0.0):
+    if column is None or len(steps) < FEWEST_ROWS or np.mean(steps < 0.0) > 0.5 or not np.any(steps > 0.0):
         return table
     usual, notes, lost = float(np.median(steps[steps > 0.0])), list(table.notes), list[int]()
     begins = values[there][1:] <= values[there[0]] + RESTART * np.ptp(values[there])
@@ -198,7 +198,7 @@ def _count_on(table: LoggedTable) -> LoggedTable:
             lost += (gone := there[k + 1 : k + 1 + rows].tolist())
             lines, way = shortlist(table.lines[gone]), "drops" if later[0] < before else f"jumps to {later[0]:.6g}"
             notes.append(Note("", f"{column.name} {way} and comes back: left out (line {lines})"))
-    if steps[-1] > ALONE * usual:
+    if steps[-1] > LAST_ROW_STEPS * usual:
         lost.append(int(there[-1]))
         notes.append(Note("", f"{column.name} is {values[lost[-1]]:.6g} in the last row, far off all others: left out"))
     if lost:
@@ -231,7 +231,7 @@ def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[
     values = np.empty(0) if column is None or column.is_text else column.si()
     there = np.flatnonzero(np.isfinite(values))
     steps = np.diff(values[there])
-    if column is not None and len(there) >= FEWEST and np.mean(steps < 0.0) <= 0.5:  # else it falls throughout
+    if column is not None and len(there) >= FEWEST_ROWS and np.mean(steps < 0.0) <= 0.5:  # else it falls throughout
         reach = RESTART * float(np.ptp(values[there]))
         back = (steps < -reach) & (values[there][1:] <= values[there][0] + reach)
         for k in np.flatnonzero(back).tolist():
@@ -253,7 +253,7 @@ def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[
                 restarts.append(row)
                 notes.append(Note("", f"{fall}: a new run begins there"))
     whole = replace(table, notes=tuple(notes))
-    parts = [p for p in np.split(rows, sorted({*table.starts, *restarts})) if len(p) >= FEWEST]
+    parts = [p for p in np.split(rows, sorted({*table.starts, *restarts})) if len(p) >= FEWEST_ROWS]
     if len(parts) < 2:
         return [whole]
     return [replace(whole.select_rows(part), name=f"{whole.name}_{k}") for k, part in enumerate(parts, start=1)]
@@ -266,7 +266,7 @@ def _readings_go_on(table: LoggedTable, row: int) -> bool:
     for values in (c.values for c in moving):
         there = np.flatnonzero(np.isfinite(values))
         steps, at = np.abs(np.diff(values[there])), int(np.searchsorted(there, row)) - 1
-        if 0 <= at < len(steps) and steps[at] > GOES_ON * float(np.quantile(steps, USUAL)):
+        if 0 <= at < len(steps) and steps[at] > GOES_ON * float(np.quantile(steps, USUAL_STEP)):
             return False
     return any(c.role == "signal" for c in moving)
 
@@ -289,7 +289,7 @@ def _assemble(
     way = travel_of(block, speed.value if speed else None, mapping.format.standstill, open_questions)
     if way is None:
         return None
-    if len(way.keep) < FEWEST:
+    if len(way.keep) < FEWEST_ROWS:
         raise block.refuse(0, "rows", len(way.keep), "", f"run {block.name} has too few rows with time or travel")
     block = block.select_rows(way.keep)
     logged = yaw_settings(block, way.travel, stated) | column_settings(block, section)
@@ -314,7 +314,7 @@ def _assemble(
         zone = "+00:00" if zone in ("Z", "UTC", "GMT") else zone
         is_day = seconds >= 2.0 * DAY
         started = moment.isoformat(timespec="seconds") + zone if is_day else moment.time().isoformat("seconds")
-    timed = {} if way.time is None else {TIME: way.time}
+    timed = {} if way.time is None else {TIME_COLUMN: way.time}
     record, file = pd.DataFrame(timed | signals, index=way.travel), block.file.name
     own: dict[str, Any] = {"key": block.name, "entry": entry, "record": record, "settings": known}
     return AssembledRun(**own, file=file, started=started, notes=tuple(notes))
@@ -368,7 +368,7 @@ def travel_of(
             way = abs(speed) * (time[keep] - time[keep[0]])
             notes.append(f"travel was taken as time x {abs(speed):g} m/s")
     steps = np.diff(time[keep]) if time is not None and logged is None else np.empty(0)
-    if len(steps) and steps.max() > GAP * np.median(steps):
+    if len(steps) and steps.max() > GAP_OF_CLOCK * np.median(steps):
         k = int(np.argmax(steps))
         far = f"{steps[k]:.4g} s behind line {block.lines[keep[k]]}, over which the belt is taken to have run on"
         notes.append(f"no rows for {far} ({way[k + 1] - way[k]:.4g} m)")
@@ -454,7 +454,7 @@ def _over_standstills(
     ends = np.flatnonzero(np.append(paces > CREEPS * usual, True))  # the last row of each travel
     begins, found = np.concatenate([[0], ends[:-1] + 1]), way.astype(float)
     speeds = block.values("speed")
-    for k in np.flatnonzero(ends - begins >= FEWEST + 2 * np.median(ends - begins)):
+    for k in np.flatnonzero(ends - begins >= FEWEST_ROWS + 2 * np.median(ends - begins)):
         begin, end = int(begins[k]), int(ends[k])
         rows, lasted, pace = slice(begin, end + 1), time[begin : end + 1] - time[begin], usual
         crept = way[rows] - way[begin]
@@ -550,7 +550,7 @@ def name_settings(name: str, section: Section) -> Settings:
 def _number(text: str, key: str, where: str, section: Section) -> float:
     """A setting [SI]; raises InputError for what cannot be."""
     bounds = RANGES[key]
-    if key == "run_in" and text.strip().lower() == UNKNOWN:
+    if key == "run_in" and text.strip().lower() == UNKNOWN_RUN_IN:
         return math.nan
     kinds = ("stress", "force", "line load") if key == "tension" else (bounds.dimension,)
     value, _, unit = quantity(text, kinds, bounds.unit or "1", where)
@@ -584,7 +584,7 @@ def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Set
             other = np.where(np.arange(len(y)) < step, np.abs(y - before) > 0.5 * abs(level - before), ~beyond)
         else:
             level = float(np.median(y))
-            other = np.abs(y - level) > max(0.5 * np.abs(y).max(), MOVED)
+            other = np.abs(y - level) > max(0.5 * np.abs(y).max(), YAW_MOVED)
         if key not in known and other.sum() >= max(2, 0.02 * beyond.sum()):
             again = int(np.argmax(other))
             remedy = "the yaw moves more than once; cut the record into runs, one yaw step each"
@@ -659,7 +659,8 @@ def _find_rated(table: LoggedTable, mapping: MappingEntry, section: Section, fou
     return list(listed)
 
 
-AT_ONCE = "the yaw is taken to act from the first reading on; else state where it was set: all_runs: {yaw_at: 5 m}"
+YAW_FROM_START = "the yaw is taken to act from the first reading on; else state where it was set: "
+YAW_FROM_START += "all_runs: {yaw_at: 5 m}"
 #: Samples a run that are aimed at, and the fewest that a step may leave.
 AIMED, LEFT = 600, 60
 #: Travel from time and speed is a little uneven; a step this share below twice the spacing still has two rows.
@@ -690,7 +691,8 @@ def runs_on_one_grid(
         rows, left = (sum(map(len, some)) for some in ([m.record for m in made], records))
         notes.append(Note("", f"{rows} rows were averaged over steps of {step:g} m: {left} rows"))
     runs = _snap_settings([_run(m) for m in made], [m.settings for m in made])
-    notes += [Note(r.name, AT_ONCE) for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings]
+    unset = (r.name for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings)
+    notes += [Note(name, YAW_FROM_START) for name in unset]
     stated = [m.entry.repeat_of is not None for m in made]
     runs = _mark_repeats(runs, stated)
     found = [r for r, is_stated in zip(runs, stated, strict=True) if r.repeat_of and not is_stated]
@@ -699,7 +701,7 @@ def runs_on_one_grid(
     if counted := [r.name for r in runs if r.start is not None] if blank else []:
         told = f"not known, but that of {shortlist(counted)} is; state it of every run, or of none"
         raise InputError(f"runs.{blank[0]}.start", None, "m", told)
-    names = dict.fromkeys(n for record in records for n in record if n != TIME)
+    names = dict.fromkeys(n for record in records for n in record if n != TIME_COLUMN)
     for m, record in zip(made, records, strict=True):
         if blank := [str(n) for n in names if n not in record]:
             text = f"has no {' and no '.join(blank)}, which other runs have; is its column called otherwise there?"
@@ -707,7 +709,7 @@ def runs_on_one_grid(
     off = []  # of every run: signal -> its reading at the yaw
     for record, run in zip(records, runs, strict=True):
         travel = record.index.to_numpy() - run.yaw_at
-        off.append({str(n): _reading_at_yaw(travel, record[n].to_numpy()) for n in record if n != TIME})
+        off.append({str(n): _reading_at_yaw(travel, record[n].to_numpy()) for n in record if n != TIME_COLUMN})
     if entry.start == "yaw":
         pairs = zip(records, off, strict=True)
         records = [r.assign(**{n: np.round(r[n] - y, DECIMALS) for n, y in starts.items()}) for r, starts in pairs]
@@ -723,7 +725,7 @@ def runs_on_one_grid(
             y0 = round_digits(float(np.mean([starts[n] - middles[n] for n in known])), DIGITS)
             run = replace(run, y0=y0)
             stood.append(1e3 * y0)
-        time = record[TIME].to_numpy() if TIME in record else None
+        time = record[TIME_COLUMN].to_numpy() if TIME_COLUMN in record else None
         signals = {n: record[n].to_numpy() for n in starts}
         way, yaw_at = record.index.to_numpy() + run.counted_from, run.yaw_at + run.counted_from
         if yaw_at < 0.0:

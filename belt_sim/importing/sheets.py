@@ -24,10 +24,10 @@ from belt_sim.campaign.types import PLACES, BeltSheet, Machine, Quantity, Settin
 from belt_sim.case import Belt, Rig
 from belt_sim.diagnosis.foresight import harm_warnings, safe_yaw
 from belt_sim.errors import InputError
-from belt_sim.importing.columns import SIGNAL_NAMES, USUAL, Column
+from belt_sim.importing.columns import SIGNAL_NAMES, USUAL_UNITS, Column
 from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question, ask
 from belt_sim.io import group_names
-from belt_sim.settings import BOUNDS, SIGNAL_DIMENSION, Range, belt_from, rig_from
+from belt_sim.settings import BOUNDS, MACHINE, SIGNAL_DIMENSION, Range, belt_from, rig_from
 from belt_sim.units import DEGREE, MM, N_PER_MM2, UNITS, quantity, round_digits, size_of
 
 
@@ -41,13 +41,13 @@ class Datum(NamedTuple):
     needed: bool = True
 
 
-MACHINE = {
+MACHINE_DATA = {
     "centre_distance": Datum("m", BOUNDS["centre_distance"], 5e-4),
     "pulley_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3),
     "head_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3, needed=False),
     "tail_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3, needed=False),
 }
-BELT = {
+BELT_DATA = {
     "width": Datum("mm", BOUNDS["width"], 5e-4),
     "thickness": Datum("mm", BOUNDS["thickness"], 1e-2),
     "youngs_modulus": Datum("GPa", BOUNDS["youngs_modulus"], 2e-2),
@@ -62,7 +62,7 @@ def machine_and_belt(
     """Machine and belt, each None where something of it is missing; remarks on their numbers; what is missing."""
     machine: Machine | None = None
     belt: BeltSheet | None = None
-    found, remarks, missing = _quantities(mapping.machine, "rig", MACHINE, "machine")
+    found, remarks, missing = _quantities(mapping.machine, "rig", MACHINE_DATA, "machine")
     own = [k for k in ("head_radius", "tail_radius") if k in found]
     if len(own) == 1 or (own and "pulley_radius" in found):
         remedy = "state either pulley_radius, or both head_radius and tail_radius"
@@ -73,7 +73,7 @@ def machine_and_belt(
         machine, centre = Machine(centre_distance=found["centre_distance"], **radii), found["centre_distance"].value
         if machine.head_radius.value + machine.tail_radius.value >= centre:
             raise InputError("machine.centre_distance", centre, "m", "the pulleys overlap; check the radii")
-    found, of_belt, about_belt = _quantities(mapping.belt, "belt", BELT, "belt")
+    found, of_belt, about_belt = _quantities(mapping.belt, "belt", BELT_DATA, "belt")
     if not about_belt:
         belt = BeltSheet(**found)
         if belt.thickness.value >= belt.width.value:
@@ -114,12 +114,12 @@ def _quantities(
 
 #: Stated when the mapping says nothing: relative error of the tension, of the yaw [rad], of a sensor's scale.
 TENSION_REL, YAW_U, GAIN = 0.01, 5e-6, 0.005
-FEWEST = 20  # samples from which anything is read
-KNOTS = 0.5  # of a span: spacing of the knots of the smooth curve, a spline
+FEWEST_SAMPLES = 20  # samples from which anything is read
+KNOT_SPACING = 0.5  # of a span: spacing of the knots of the smooth curve, a spline
 LEAST_WHITE = 0.3  # of the scatter from sample to sample, which wander cannot explain alone
-FAINT = 0.1  # of the white noise, below which a wander is none
+FAINT_WANDER = 0.1  # of the white noise, below which a wander is none
 DEFAULT_LENGTH = 3.0  # [m], where nothing tells
-LENGTHS = np.exp(np.linspace(np.log(0.3), np.log(20.0), 40))  # [m]
+WANDER_LENGTHS = np.exp(np.linspace(np.log(0.3), np.log(20.0), 40))  # [m]
 
 
 class NoiseRead(NamedTuple):
@@ -150,7 +150,7 @@ def signals_of(
     for name, column in columns.items():
         read, own, where, kind = noise[name], column.entry, f"columns.{column.name}", kind_at(column.at)
         assert kind is not None
-        unit, length = USUAL[SIGNAL_DIMENSION[kind]], read.length
+        unit, length = USUAL_UNITS[SIGNAL_DIMENSION[kind]], read.length
         found = {
             "white": (read.white, f"from {read.white_from}"),
             "zero": (read.zero, f"from {read.zero_from}"),
@@ -197,11 +197,11 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
         if rows.any():
             pairs.append((s[rows], (y[rows] - np.interp(s[rows], s_first, first)) / np.sqrt(2.0)))
     # errors of zero and yaw are no wander
-    traces = [(s, y - np.polynomial.Polynomial.fit(s, y, 1)(s)) for s, y in pairs if len(s) >= FEWEST]
+    traces = [(s, y - np.polynomial.Polynomial.fit(s, y, 1)(s)) for s, y in pairs if len(s) >= FEWEST_SAMPLES]
     source = f"{len(traces)} pair{'s' if len(traces) != 1 else ''} of repeats"
     if not traces:
-        for s, y in (record for record in records.values() if len(record[0]) >= FEWEST):
-            count = int(np.clip((s[-1] - s[0]) / (KNOTS * span), 2, len(s) // 4))
+        for s, y in (record for record in records.values() if len(record[0]) >= FEWEST_SAMPLES):
+            count = int(np.clip((s[-1] - s[0]) / (KNOT_SPACING * span), 2, len(s) // 4))
             knots = np.concatenate([[s[0]] * 3, np.linspace(s[0], s[-1], count + 1), [s[-1]] * 3])
             basis = BSpline.design_matrix(s, knots, 3).toarray()
             traces.append((s, y - basis @ np.linalg.lstsq(basis, y, rcond=None)[0]))
@@ -209,7 +209,7 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     wander, length, white = _levels(traces, white)
     steps = map(resolution, there.values())
     white = max(white, min((s for s in steps if s > 0.0), default=0.0) / float(np.sqrt(12.0)), 1e-9)
-    wander = wander if wander > FAINT * white else 0.0
+    wander = wander if wander > FAINT_WANDER * white else 0.0
     zero, zero_from = float(np.hypot(0.5 * white, wander)), "the noise of the first readings"
     firsts = (y[s <= s[0] + 0.1 * np.ptp(s)] for s, y in pairs)
     apart = [float(np.mean(first)) for first in firsts if len(first) >= 3]
@@ -237,7 +237,7 @@ def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
     lags, halves, weights = np.array(found).T
     root = np.sqrt(weights) / np.maximum(halves, 1e-30)
     best = (np.inf, 0.0, DEFAULT_LENGTH)
-    for length in LENGTHS[lags[-1] >= LENGTHS]:
+    for length in WANDER_LENGTHS[lags[-1] >= WANDER_LENGTHS]:
         shape = np.stack([np.ones_like(lags), 1.0 - np.exp(-lags / length)])
         sizes = np.maximum(np.linalg.lstsq((shape * root).T, halves * root, rcond=None)[0], 0.0)
         cost = float(np.sum(((sizes @ shape - halves) * root) ** 2))
@@ -398,7 +398,7 @@ def template(
 ) -> Campaign:
     """Write the folder and return the plan as it is read back; raises InputError for a folder that is not empty."""
     signals, remarks = [], {f"settings.{k}": "assumed, REPLACE" for k in ("tension_rel", "yaw")}
-    numbers = (*(f"machine.{k}" for k in MACHINE), "belt.width", "belt.thickness", "belt.youngs_modulus")
+    numbers = (*(f"machine.{k}" for k in MACHINE_DATA), "belt.width", "belt.thickness", "belt.youngs_modulus")
     remarks |= dict.fromkeys(numbers, "u is assumed")
     for place in dict.fromkeys(places):
         if place not in PLACES:
@@ -415,8 +415,8 @@ def template(
     campaign = Campaign(
         title=title,
         source=Source(kind="measured", reference="REPLACE: log book, date", licence=""),
-        machine=Machine(**{n: known(getattr(rig, n), MACHINE[n].relative_u) for n in Machine.__dataclass_fields__}),
-        belt=BeltSheet(**{n: known(getattr(belt, n), BELT[n].relative_u) for n in BELT}),
+        machine=Machine(**{n: known(getattr(rig, n), MACHINE_DATA[n].relative_u) for n in MACHINE}),
+        belt=BeltSheet(**{n: known(getattr(belt, n), BELT_DATA[n].relative_u) for n in BELT_DATA}),
         signals=tuple(signals),
         settings=SettingsSheet(tension_rel=TENSION_REL, yaw_u=YAW_U),
         runs=tuple(p.run for p in planned),

@@ -154,14 +154,14 @@ class PreparedCase:
         return shown
 
 
-def scene(case: Case, *, belt: str = "flex", options: Options | None = None) -> mujoco.MjSpec:
-    """The specification of a case's scene, for actuators and sensors of one's own; ``prepare(cases, spec=...)``."""
+def scene_of(case: Case, *, belt: str = "flex", options: Options | None = None) -> mujoco.MjSpec:
+    """The specification of a case's scene, for actuators and sensors of one's own (``prepare``, spec)."""
     options = fit_options(options or Options(), case, "flex", "mjx")
     return build_scene(case, belt, options, SceneParts.from_case(case, options.friction))[0]
 
 
 @in_float64
-def prepare(
+def prepare_cases(
     cases: Sequence[Case], *, belt: str = "flex", options: Options | Sequence[Options] | None = None,
     parts: Sequence[SceneParts] | None = None, features: ActiveFeatures | None = None,
     spec: mujoco.MjSpec | None = None,
@@ -406,8 +406,8 @@ def stack_cases(trees: Sequence[T]) -> tuple[T, Any]:
 
 
 #: MJX asks for the body of every coordinate once a body, in Python: 195 s of tracing on the full rig
-SLOW = "_q_bodyid"
-_bodies_of: Any = getattr(scan, SLOW, None)
+SLOW_TEXT = "_q_bodyid"
+_bodies_of: Any = getattr(scan, SLOW_TEXT, None)
 _kept: list[Any] = [None, None]  # the last model's kinds of joints, and what was found of them
 
 
@@ -418,7 +418,7 @@ def _once_a_model(m: mjx.Model) -> np.ndarray:
 
 
 if _bodies_of is not None:
-    setattr(scan, SLOW, _once_a_model)
+    setattr(scan, SLOW_TEXT, _once_a_model)
 
 
 # Runs: one case, or a batch of cases of one mesh at once.
@@ -461,7 +461,7 @@ def run_time_cases(
     for begin in range(0, len(cases), size):
         some = cases[begin : begin + size]
         own: dict[str, Any] = {"options": [c.options for c in some], "parts": [c.parts for c in some]}
-        ready = prepare([c.case for c in some], belt=one.belt, features=one.features, **own)
+        ready = prepare_cases([c.case for c in some], belt=one.belt, features=one.features, **own)
         yield run_prepared(ready, one.travel, observers[begin : begin + size])
 
 
@@ -541,5 +541,5 @@ def compile_batch(leaves: tuple[int | None, ...], structure: Any):
     return jax.jit(jax.vmap(run_steps, in_axes=(axes, None, 0, 0)), donate_argnums=2)
 
 
-ENGINE = run.BatchEngine(lay_time_case, run_time_cases)
-simulate, simulate_batch = ENGINE.simulate, ENGINE.simulate_batch
+MJX = run.BatchEngine(lay_time_case, run_time_cases)
+simulate, simulate_batch = MJX.simulate, MJX.simulate_batch

@@ -179,5 +179,5 @@ class SpaceModel:
 
 
 def batch_engine(name: str) -> "BatchEngine":
-    engine: BatchEngine = import_module(f"belt_sim.space.{name}").ENGINE  # JAX and MJX take a while to load
+    engine: BatchEngine = getattr(import_module(f"belt_sim.space.{name}"), name.upper())  # loaded when it is used
     return engine

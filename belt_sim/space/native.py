@@ -150,8 +150,8 @@ def between_steps(
 
 #: columns of a reading besides: lateral slip [m] and share of sliding nodes on head and tail pulley, x of the tail
 #: pulley [m], steps made, belt speed [m/s]
-EXTRA = {"slip_head": 20, "slip_tail": 21, "sliding_head": 22, "sliding_tail": 23, "tail_x": run.TAIL_X, "steps": 24,
-         "belt_speed": run.SPEED}  # fmt: skip
+NATIVE_EXTRA = {"slip_head": 20, "slip_tail": 21, "sliding_head": 22, "sliding_tail": 23, "tail_x": run.TAIL_X}
+NATIVE_EXTRA |= {"steps": 24, "belt_speed": run.SPEED}
 
 
 @dataclass
@@ -250,7 +250,7 @@ class SpaceRun:
         self, travel: float, observers: Sequence[Observer] = (), steer: Callable[[NativeState], float] | None = None
     ) -> Curves:
         """All steps up to ``travel`` [m]; steer: yaw [rad] that is added to the tail pulley's, of the state."""
-        scene, solver, recorder = self.scene, self.solver, run.Recorder(self.scene, observers, EXTRA)
+        scene, solver, recorder = self.scene, self.solver, run.Recorder(self.scene, observers, NATIVE_EXTRA)
         rows, resting = instants_of(scene, travel)
 
         def instant(steps: int, **at: float) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:

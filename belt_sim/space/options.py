@@ -15,7 +15,7 @@ HYSTERESIS = 0.02
 #: chords of travel over which a station forgets how far off its path it was caught
 FORGETTING = 0.5
 #: free stations over which the direction of a span is taken, and the time [s] over which it is averaged: waves pass
-SPAN_STATIONS = 4
+DIRECTION_STATIONS = 4
 SPAN_TIME = 0.02
 #: links beside a pulley over which moment, stress and direction are averaged; the last link, which turns, is left out
 RUNUP_LINKS = 2
@@ -56,8 +56,8 @@ AS_THE_CASE = "case"
 
 _SHARED = {"dx", "belt_speed", "friction", "run_in", "sample"}
 _IN_TIME = {"dt", "acceleration", "settle", "yaw_time", "damping", "frame"}
-#: the options that an engine obeys (native, and those in JAX, each a module of its name with an ENGINE), those of a run
-#: that MuJoCo's contacts carry, and those of such a scene as a file; a change of any other is refused
+#: the options that an engine obeys (native, and those in JAX, each a module with a BatchEngine of its name), those of a run that
+#: MuJoCo's contacts carry, and those of such a scene as a file; a change of any other is refused
 OBEYED: dict[str, set[str]] = {
     "native": _SHARED | _IN_TIME | {"tensioning"},
     "mjx": _SHARED | _IN_TIME | {"tensioning"},
@@ -77,7 +77,7 @@ class Options:
     """Numerical settings of a run; the defaults are those of the error budget in studies/notes/three_dimensions.md.
 
     dx [m]: distance of stations along the belt; across: nodes over the width (2 carry the exact EI and tension
-    torsion); dt [s], None = ``STEP``, shorter where that would break off, with engine=mjx longer for a slow belt;
+    torsion); dt [s], None = 1 ms, shorter where that would break off, with engine=mjx longer for a slow belt;
     belt_speed [m/s] of the run, None = ``accurate_speed``, "case" = that of the case; friction [1]: Coulomb coefficient
     between belt and pulleys, inf = sticking; bonds: which bonds tie the grid; tensioning: how the belt gets its
     tension, see TENSIONINGS; run_in [m]: travel before 0, straight; acceleration [m/s2]; settle [s]: time at rest for
@@ -220,10 +220,10 @@ _LIMP_DRAG = 2.0  # times string speed / span length: a third of critical for th
 
 
 #: [s], a step in time, unless told otherwise
-STEP = 1e-3
+USUAL_STEP_TIME = 1e-3
 #: [m] of travel that a step of engine=mjx takes at least. A slow belt's waves are as slow (``accurate_speed``), so that
 #: they are resolved as a fast one's are: test rig, 7 N/mm2, 2.3 for 1 ms: y within 0.05 % of the largest, moments 0.7 %
-_WAY_OF_STEP = STEP * _FASTEST
+_WAY_OF_STEP = USUAL_STEP_TIME * _FASTEST
 
 
 def fit_options(options: Options, case: Case, belt: str, engine: str = "native") -> Options:
@@ -247,7 +247,7 @@ def fit_options(options: Options, case: Case, belt: str, engine: str = "native")
             most = f"give at most {fastest:.2f}, above which landings shake a belt of this tension"
             remedy = f"{most}; without a speed asked for it is {accurate:.2f} m/s"
             raise InputError("speed" if as_the_case else "model.belt_speed", f"{pace:.3g}", "m/s", remedy)
-    dt = max(STEP, _WAY_OF_STEP / pace) if engine == "mjx" else STEP
+    dt = max(USUAL_STEP_TIME, _WAY_OF_STEP / pace) if engine == "mjx" else USUAL_STEP_TIME
     if belt != "rope" and "dt" in OBEYED.get(engine, OBEYED["native"]):
         radius = min(float(case.rig.head_radius), float(case.rig.tail_radius))
         way = radius * (2.0 * float(case.settings.tension) / float(case.belt.youngs_modulus)) ** 0.5

@@ -97,7 +97,7 @@ def compliance_step(belt: BeltArrays, before: Array, turned: Array, moment: Arra
 
 #: After the first a node is where it should be to a tenth of a mm at most; but the entry moment of a slack belt hangs
 #: on parts of a nm between its edges, which links that turn by that much have not kept.
-ITERATIONS = 2
+NEWTON_ITERATIONS = 2
 _YIELDING = 2  # more of them, in which pulleys that give way come to rest with the belt
 
 
@@ -147,7 +147,7 @@ def find_equilibrium(
 
     tail = jnp.stack([pulleys.pose.centre[TAIL, 0], pulleys.pose.spin[TAIL]])
     begin = nodes, tail, state.tension, state.correction, state.compliance_yaw
-    count = ITERATIONS if state.compliance_yaw is None else ITERATIONS + _YIELDING
+    count = NEWTON_ITERATIONS if state.compliance_yaw is None else NEWTON_ITERATIONS + _YIELDING
     return jax.lax.scan(iteration, begin, jnp.arange(count) < count - 1)[0]
 
 
@@ -225,8 +225,8 @@ def travel_step(belt: BeltArrays, state: TravelState, command: run.Command) -> T
 
 
 #: columns of a run with friction
-COLUMNS = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "friction_residual")
-TOLERANCE = 0.01  # of the largest limit: what friction may contradict Coulomb's law by in any step
+FRICTION_COLUMNS = ("slip_head", "slip_tail", "sliding_head", "sliding_tail", "friction_residual")
+FRICTION_TOLERANCE = 0.01  # of the largest limit: what friction may contradict Coulomb's law by in any step
 
 
 class TravelCase(NamedTuple):
@@ -289,19 +289,19 @@ def run_travel_cases(
             mean = table[: len(recorded)][recorded]
             worst = table[first : len(recorded), 24:].max(axis=1, initial=0.0)  # yaw steps included
             residual = np.maximum.accumulate(worst)[recorded[first:]]
-            good = run.is_on_pulleys(mean, float(made.case.belt.width)) & ~(residual > TOLERANCE)
+            good = run.is_on_pulleys(mean, float(made.case.belt.width)) & ~(residual > FRICTION_TOLERANCE)
             end = len(mean) if good.all() else int(np.argmin(good))
-            extra = {name: 20 + k for k, name in enumerate(COLUMNS[: mean.shape[1] - 20])}
+            extra = {name: 20 + k for k, name in enumerate(FRICTION_COLUMNS[: mean.shape[1] - 20])}
             curves = run.curves_of(mean[:end].T, {"tail_x": run.TAIL_X, "correction": 19} | extra)
             found.append(curves)
             if end == len(mean):
                 continue
             why = "the belt ran off its pulleys or its equilibrium was lost {where}: turn the yaw back earlier, "
             why += "shorten travel"
-            if residual[end] > TOLERANCE:
+            if residual[end] > FRICTION_TOLERANCE:
                 why = (
                     f"friction = {float(made.belt.friction):g}: how far nodes slide was not found {{where}}, to "
-                    f"{residual[end]:.2g} of the largest limit ({TOLERANCE:g} is allowed): raise model.steps"
+                    f"{residual[end]:.2g} of the largest limit ({FRICTION_TOLERANCE:g} is allowed): raise model.steps"
                 )
             found[-1] = run.failure_with(curves, f"{why}, or use engine=native")
         yield found
@@ -309,8 +309,8 @@ def run_travel_cases(
 
 def run_case(belt: BeltArrays, state: TravelState, commands: run.Command) -> Array:
     """Rows of mean readings of one case, shape (rows, 20): readings, x of the tail pulley [m], travel
-    [m], and by how much a node was corrected at most [m]; with friction COLUMNS, the last of which is the largest,
-    too. commands: arrays of shape (rows, steps, ...)."""
+    [m], and by how much a node was corrected at most [m]; with friction FRICTION_COLUMNS too, the last of which is the
+    largest. commands: arrays of shape (rows, steps, ...)."""
 
     def one(state: TravelState, command: run.Command) -> tuple[TravelState, Array]:
         state = travel_step(belt, state, command)
@@ -331,5 +331,5 @@ def run_case(belt: BeltArrays, state: TravelState, commands: run.Command) -> Arr
 
 #: rows of mean readings of a batch, shape (cases, rows, 20)
 run_batch = jax.jit(jax.vmap(run_case))
-ENGINE = run.BatchEngine(lay_travel_case, run_travel_cases)
-prepare_case, simulate, simulate_batch = ENGINE.prepare_case, ENGINE.simulate, ENGINE.simulate_batch
+QUASI_STATIC = run.BatchEngine(lay_travel_case, run_travel_cases)
+prepare_case, simulate, simulate_batch = QUASI_STATIC.prepare_case, QUASI_STATIC.simulate, QUASI_STATIC.simulate_batch

@@ -45,7 +45,7 @@ STICKING = 100.0
 #: speed: it lies at the pulley's radius, for corners of a loop of chords 25 mm long stand out by as much
 NODE_RADIUS = 1.5e-4
 _WIDTH = 1e-3  # [m]: the same impedance at any depth
-DAMPING = 10.0  # of a contact, times step; less lets nodes rebound
+CONTACT_DAMPING = 10.0  # of a contact, times step; less lets nodes rebound
 _READY, _NO_WEIGHT = 5e-4, 1e-6  # [m] before touchdown, [N]
 
 
@@ -102,7 +102,7 @@ def story(scene: SceneLayout) -> str:
     case, options = scene.case, scene.options
     tension, yaw = float(case.settings.tension) / N_PER_MM2, float(case.settings.yaw.last()) / DEGREE
     width, thickness = float(case.belt.width), float(case.belt.thickness)
-    apart, lower = 2.0 * float(scene.mesh.line_y[0]), lower_ray(scene) - CLEAR  # flags rise with their nodes
+    apart, lower = 2.0 * float(scene.mesh.line_y[0]), lower_ray(scene) - CLEAR_OF_BELT  # flags rise with their nodes
     return f""" A steel belt on two pulleys, carried and tracked by MuJoCo's contacts alone. Units are SI.
      python -m mujoco.viewer with this file, play: the belt, at {tension:g} N/mm2, starts to run at
      {options.run_speed:.3g} m/s and tracks, for its tail pulley is yawed by {yaw:g} degrees. Sliders add to it:
@@ -110,8 +110,8 @@ def story(scene: SceneLayout) -> str:
      same at rest) and "running".
      y at the points 1 (upper end at the tail pulley), 2 (lower, tail), 3 (lower, head) and 4 (upper, head):
      (edge-N-right - edge-N-left) / 2. Of a span's middle, by height-upper-..., height-lower-...: tilt = upper
-     (right - left) / {apart:.6g}, lower (left - right) / {apart:.6g}; sag = upper mean - {RAY + CLEAR:.6g}, lower
-     {lower:.6g} - mean. Bending stress [N/m2] of the edge at y > 0 at a pulley, mean of
+     (right - left) / {apart:.6g}, lower (left - right) / {apart:.6g}; sag = upper mean - {RAY + CLEAR_OF_BELT:.6g},
+     lower {lower:.6g} - mean. Bending stress [N/m2] of the edge at y > 0 at a pulley, mean of
      both spans: {-3.0 / (width**2 * thickness):.6g} times the z of its axle-moment. """
 
 
@@ -138,7 +138,7 @@ def case_words(scene: SceneLayout) -> dict[str, str]:
 
 #: what meets what: nodes meet pulleys; nodes, pulleys and flags meet what a user adds, whose bits are 1 and 1
 _NODE, _PULLEY, _FLAG_BIT, _USER = 8, 2, 4, 1
-CLEAR = -4e-3  # [m], minus half the height of an edge flag, where rays at heights end
+CLEAR_OF_BELT = -4e-3  # [m], minus half the height of an edge flag, where rays at heights end
 _FLAGS_OVERLAP = 1.04  # length of an edge flag over a chord: the corners on a pulley would let a ray through
 _FIRST_LINE = 16  # bit of line 0 where every line of nodes meets a shell of its own
 _FLAG_FRICTION = 0.2
@@ -162,7 +162,8 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     touch, seen = node.geom, flag.geom
     touch.contype, touch.conaffinity, touch.condim, touch.priority = _NODE, _PULLEY | _USER, 3, 1
     touch.friction = [friction if math.isfinite(friction) else STICKING, 0.0, 0.0]
-    touch.solref, touch.solimp = [-CONTACT_STIFFNESS / dt**2, -DAMPING / dt], [IMPEDANCE, IMPEDANCE, _WIDTH, 0.5, 2.0]
+    touch.solref = [-CONTACT_STIFFNESS / dt**2, -CONTACT_DAMPING / dt]
+    touch.solimp = [IMPEDANCE, IMPEDANCE, _WIDTH, 0.5, 2.0]
     touch.gap, touch.adhesion = _READY, _NO_WEIGHT
     touch.type, touch.size, touch.mass = mujoco.mjtGeom.mjGEOM_SPHERE, [NODE_RADIUS, 0, 0], 0.0
     touch.rgba, touch.group = _COLOURS["node"], 3
@@ -179,7 +180,7 @@ def _dress_nodes(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
             sphere = body.add_geom(node)
             if scene.parts.tapered:
                 sphere.conaffinity = (_FIRST_LINE << j) | _USER
-            size = [0.5 * _FLAGS_OVERLAP * scene.loop.chord, 0.5 * (ends[j] - ends[j + 1]), -CLEAR]
+            size = [0.5 * _FLAGS_OVERLAP * scene.loop.chord, 0.5 * (ends[j] - ends[j + 1]), -CLEAR_OF_BELT]
             body.add_geom(flag, pos=[0.0, 0.5 * (ends[j] + ends[j + 1]) - mesh.line_y[j], 0.0], size=size)
 
 

@@ -144,7 +144,7 @@ def update_tangents(wrap: WrapArrays, pose: PoseArrays, nodes: Array, share: Arr
     """The places where the belt meets the pulley, moved by ``share`` of the way to where the spans' directions say."""
     n, tangent = nodes.shape[-1], []
     for end in (FIRST, LAST):
-        inner, beyond = ((wrap.outer(end) + i * OUTWARDS[end]) % n for i in (1, options.SPAN_STATIONS))
+        inner, beyond = ((wrap.outer(end) + i * OUTWARDS[end]) % n for i in (1, options.DIRECTION_STATIONS))
         along = (nodes[:, :, beyond] - nodes[:, :, inner]).sum(axis=0) * OUTWARDS[end]
         local = along @ pose.axes
         ahead = jnp.arctan2(-local[2], local[0]) - wrap.tangent[end]

@@ -73,7 +73,7 @@ def test_unlike_meshes_are_batches_of_their_own(monkeypatch):
         seen.append([float(r.case.settings.tension) / 1e6 for r in ready])
         yield from ([r.stations] for r in ready)
 
-    monkeypatch.setattr(quasi_static, "ENGINE", replace(quasi_static.ENGINE, in_batches=recorded))
+    monkeypatch.setattr(quasi_static, "QUASI_STATIC", replace(quasi_static.QUASI_STATIC, in_batches=recorded))
     fine = {"model": {"name": "mujoco_flex", "dx": 0.03}}
     kinds = [{}, fine, {}, fine, {"model": {"name": "mujoco_flex", "control": True}}, {"tension": IMPOSSIBLE}]
     base = {

@@ -36,7 +36,7 @@ def test_what_the_page_names_is_there():
         homes = [p for p, text in texts.items() if re.search(rf"^{named}\b.*=", text, re.MULTILINE)]
         assert [p for p in homes if named[0] != "_" or p == ROOT / file] == [ROOT / file]  # one meaning a name
     for engine in BATCH_ENGINES:
-        assert hasattr(import_module(f"belt_sim.space.{engine}"), "ENGINE")
+        assert hasattr(import_module(f"belt_sim.space.{engine}"), engine.upper())
 
 
 #: an engine: the belt goes where its tail pulley points
@@ -52,7 +52,7 @@ def in_batches(ready, chunk, observers):
     for one in ready:
         s = np.linspace(0.0, one.travel, 21)
         yield [Curves(travel=s, y=np.outer(np.ones(4), float(one.case.settings.yaw.last()) * s))]
-ENGINE = BatchEngine(lay_case, in_batches)
+ALONG = BatchEngine(lay_case, in_batches)
 """
 REFUSED = "model.damping = 3.0: engine=along does not obey it: leave it out, or use engine=native or engine=mjx\n"
 

@@ -7,7 +7,7 @@ import typing
 import pytest
 from pydantic import BaseModel
 
-from belt_sim.campaign.folder import KNOWN, NUMBERS, RATES
+from belt_sim.campaign.folder import RATES, RUN_NUMBERS, RUNS_COLUMNS
 from belt_sim.campaign.folder import REQUIRED as REQUIRED_RUNS
 from belt_sim.campaign.sheet import RESERVED, CampaignEntry, QuantityEntry
 from belt_sim.campaign.types import PLACES, Run
@@ -66,18 +66,18 @@ def test_no_field_is_documented_that_the_loader_refuses():
 
 
 def test_columns_of_the_tables_are_documented():
-    assert set(rows("runs.csv")) == set(KNOWN)
+    assert set(rows("runs.csv")) == set(RUNS_COLUMNS)
     assert set(rows("signals.csv")) == set(RESERVED)
     assert set(rows("steady.csv")) == {"run", *RATES, "u_rate"}
 
 
-@pytest.mark.parametrize("column", KNOWN)
+@pytest.mark.parametrize("column", RUNS_COLUMNS)
 def test_defaults_of_a_run_are_documented(column):
     cells = rows("runs.csv")[column]
     if column in REQUIRED_RUNS:
         assert cells[-1] == "error"
-    elif column in NUMBERS:
-        name, bounds, blank = NUMBERS[column]
+    elif column in RUN_NUMBERS:
+        name, bounds, blank = RUN_NUMBERS[column]
         default = getattr(Run(name="r", tension=1.0, yaw=0.0), name)
         known = default is not None
         assert (float(cells[-1]) == blank == default) if known else cells[-1].startswith("not known")

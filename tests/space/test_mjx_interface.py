@@ -14,7 +14,7 @@ from paper_cases import paper_case
 from belt_sim.jax_setup import in_float64, least_effort
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space import mjx as mjx_interface
-from belt_sim.space.mjx import MULTIBODY, plain_model, prepare, to_mjx
+from belt_sim.space.mjx import MULTIBODY, plain_model, prepare_cases, to_mjx
 from belt_sim.space.options import Options, fit_options
 from belt_sim.space.scene import STATION_JOINTS, build_scene
 from studies.paper.case import ROPE_EXAMPLE
@@ -101,8 +101,11 @@ def test_get_data_gives_mujoco_the_same_state(compiled, moving):
 
 def test_one_compiled_scene_serves_every_case_of_its_mesh():
     """Numbers put into another case's model are those of a model of its own, but for what MJX's step does not use."""
-    other, alone = paper_case(20.0, rig=ROPE_EXAMPLE), prepare([paper_case(20.0, rig=ROPE_EXAMPLE)], options=COARSE)[0]
-    _, shared = prepare([paper_case(40.0, rig=ROPE_EXAMPLE), other], options=COARSE)
+    other, alone = (
+        paper_case(20.0, rig=ROPE_EXAMPLE),
+        prepare_cases([paper_case(20.0, rig=ROPE_EXAMPLE)], options=COARSE)[0],
+    )
+    _, shared = prepare_cases([paper_case(40.0, rig=ROPE_EXAMPLE), other], options=COARSE)
     unused = {"geom", "site", "cam", "light", "stat", "dof_M0", "body_subtreemass", "invweight0"}
     assert jax.tree.structure(shared.model) == jax.tree.structure(alone.model)  # so they share what is compiled
     mine, own = (jax.tree_util.tree_leaves_with_path(r.model.mjx) for r in (shared, alone))
