@@ -56,8 +56,8 @@ AS_THE_CASE = "case"
 
 _SHARED = {"dx", "belt_speed", "friction", "run_in", "sample"}
 _IN_TIME = {"dt", "acceleration", "settle", "yaw_time", "damping", "frame"}
-#: the options that an engine obeys (native, and those in JAX, each a module with a BatchEngine of its name), those of a run
-#: that MuJoCo's contacts carry, and those of such a scene as a file; a change of any other is refused
+#: the options that an engine obeys (native, and those in JAX, each a module with a BatchEngine of its name), those of a
+#: run that MuJoCo's contacts carry, and those of such a scene as a file; a change of any other is refused
 OBEYED: dict[str, set[str]] = {
     "native": _SHARED | _IN_TIME | {"tensioning"},
     "mjx": _SHARED | _IN_TIME | {"tensioning"},
