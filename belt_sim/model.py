@@ -17,7 +17,7 @@ from belt_sim.effects.pulley import LiftOff
 from belt_sim.errors import InputError
 from belt_sim.line import span as span_law
 from belt_sim.line.hooks import as_indicated
-from belt_sim.line.march import KEEP, STEP, march_driven
+from belt_sim.line.march import KEEP, MARCH_STEP, march_driven
 from belt_sim.line.spans import ALL_HOOKS, Composition, steady_rate
 
 
@@ -78,7 +78,7 @@ class AnalyticModel(Composition):
     apart than KEEP, so that a larger ``keep`` changes none.
     """
 
-    step: float = STEP
+    step: float = MARCH_STEP
     keep: float = KEEP
 
     def run(

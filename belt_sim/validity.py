@@ -19,7 +19,7 @@ from belt_sim.errors import Limit
 from belt_sim.jax_setup import StoredProgram, in_float64
 from belt_sim.line.influence import span_fields
 from belt_sim.line.runup import FRICTION
-from belt_sim.line.span import LARGEST, beam_second_order, sag_softening, strip
+from belt_sim.line.span import CHANGE_LIMITS, beam_second_order, sag_softening, strip
 from belt_sim.line.spans import span_responses
 
 WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
@@ -167,7 +167,7 @@ def run_limits(
         add("large_angle", curves.angle, lambda x: np.abs(x) / SMALL_ANGLE, points, words)
     for law in (e for e in effects if linear and isinstance(e, GenericLaw)):
         for kind in dict.fromkeys(t.place.relative for _, t in law.terms(*RELATIVE)):
-            low, high = (-POWERS, POWERS) if kind == "tension" else LARGEST
+            low, high = (-POWERS, POWERS) if kind == "tension" else CHANGE_LIMITS
             words = f"a law changes the {kind} of a span by more than powers of the change stand for"
             change = np.log1p(np.maximum(in_float64(law.shares)(kind, curves, case), -0.999))
             add("large_change", change, lambda x, low=low, high=high: np.maximum(x / low, x / high), spans, words)

@@ -17,7 +17,7 @@ from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import BeltError, CannotRepresent, InputError, Limit, SimulationError, finite, warning
 from belt_sim.io import provenance, write_json
 from belt_sim.line.hooks import BEFORE_ENGINE, overrides
-from belt_sim.line.march import KEEP, STEP, march_case, march_traced, plan_steps
+from belt_sim.line.march import KEEP, MARCH_STEP, march_case, march_traced, plan_steps
 from belt_sim.line.spans import RitzingerFormula
 from belt_sim.model import (
     ANALYTIC,
@@ -132,7 +132,7 @@ def campaign_model(spec: Any, campaign: Campaign) -> Model | SteadyModel:
         own = model_for_campaign(campaign).partition(",")[0]
         spec = {**(spec if isinstance(spec, Mapping) else {}), "name": own}
     chosen = model_of(spec)
-    for name, standard in (("step", STEP), ("keep", KEEP)) if isinstance(chosen, AnalyticModel) else ():
+    for name, standard in (("step", MARCH_STEP), ("keep", KEEP)) if isinstance(chosen, AnalyticModel) else ():
         if (given := getattr(chosen, name)) != standard:
             remedy = "a campaign's march is as fine as its readings ask for; leave it out"
             raise InputError(f"model.{name}", given, "m", remedy)

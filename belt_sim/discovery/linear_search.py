@@ -14,7 +14,7 @@ from scipy.optimize import minimize_scalar
 
 from belt_sim.discovery.responses import HIDDEN, States, single_precision
 from belt_sim.discovery.search_data import SearchData, course_travel, variable
-from belt_sim.effects.law import SPANS, WRAPPED, Form, Law, Place, Term
+from belt_sim.effects.law import SPAN_NAMES, WRAPPED, Form, Law, Place, Term
 
 # Inner products of the columns of all forms at a place with whitened vectors, run by run.
 #
@@ -144,7 +144,7 @@ def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
     if kept.get("kind") != kind:
         kept.clear()
         kept["kind"] = kind
-    of_all_spans = replace(place, where="both") if place.where in SPANS else place
+    of_all_spans = replace(place, where="both") if place.where in SPAN_NAMES else place
     for channel, part in place.parts:
         share, op = np.asarray(states.span_share(place, part)), data.design[channel].swapaxes(0, 1)
         if not np.any(share):  # the place acts in no run

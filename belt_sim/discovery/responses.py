@@ -20,11 +20,11 @@ from belt_sim.effects.law import (
     AT_PULLEYS,
     BY_THE_BELT,
     COURSES,
-    KINDS,
+    PLACE_KINDS,
     PULLEYS,
     RELATIVE,
     ROLLS,
-    SPANS,
+    SPAN_NAMES,
     Form,
     Place,
 )
@@ -56,7 +56,7 @@ _SCALES = {"rad": 1e-4, "1/m": 1e-5, "m": 1e-4}
 _HEIGHTS = {
     channel: parameter(unit, "height", plausible=(-1.0, 1.0), scale=_SCALES[unit])
     for channel in CHANNELS
-    for unit in [KINDS[channel.partition("_")[0]].unit]
+    for unit in [PLACE_KINDS[channel.partition("_")[0]].unit]
 }
 _LENGTHS = {
     name: parameter("m", "of travel", plausible=(0.0, 1e3), scale=1.0, null=1.0, modifier=True)
@@ -211,7 +211,7 @@ def _compile_changes(model, classes):
                 response_by_change(span, case, k)[:, at, ends],
                 vars(stretch_response(span, k)) if k in BY_THE_BELT else {},
             )
-            for k in dict.fromkeys(KINDS[kind].relative for kind in RELATIVE)
+            for k in dict.fromkeys(PLACE_KINDS[kind].relative for kind in RELATIVE)
         }
 
     many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
@@ -406,7 +406,7 @@ class States:
             first = 3 * int(pulley or 0)
             slope = self.changes[place.relative].coefficients[:, 0, int(channel in ROLLS)]  # of a small change
             return np.einsum("ri,rij->rj", slope, self.ends[:, first : first + 3]) * self.span_share(place, pulley)
-        if place.where in SPANS:
+        if place.where in SPAN_NAMES:
             return self.span_share(place, pulley)
         if place.name == "travel":  # a belt that is further than the encoder says shows what comes later
             return np.gradient(self.reading[:, self.signals.index(channel)], self.s[1] - self.s[0], axis=-1)
@@ -442,9 +442,9 @@ class States:
 
     def span_share(self, place: Place, pulley: int | None) -> np.ndarray | float:
         """Of what acts on one span: 1 in the runs (R, 1) in which that span runs up a pulley; else 1."""
-        if place.where not in SPANS or pulley is None:
+        if place.where not in SPAN_NAMES or pulley is None:
             return 1.0
-        return (self.forward[:, None] == (SPANS[pulley] == place.where)).astype(float)
+        return (self.forward[:, None] == (SPAN_NAMES[pulley] == place.where)).astype(float)
 
     def channel_input(self, place: Place, u: np.ndarray, channel: str, pulley: int | None) -> np.ndarray:
         """What an input u (..., R, J) at a place is at one of its channels; of what the belt carries u is that at the

@@ -30,7 +30,7 @@ from belt_sim.effects.law import (
     ONE_SIDED,
     PULLEYS,
     ROLLS,
-    SPANS,
+    SPAN_NAMES,
     STIFFNESS,
     WRAPPED,
     Form,
@@ -469,9 +469,9 @@ def campaign_places(samples: Samples) -> tuple[Place, ...]:
         found += [Place(kind, "carried", tilts if kind in STIFFNESS else ()) for kind in BY_THE_BELT]
     found.append(Place("tension", sensors=tilts))
     for kind in STIFFNESS:
-        found += [Place(kind, where, tilts) for where in (SPANS if kind == "pull" else ("both", *SPANS))]
+        found += [Place(kind, where, tilts) for where in (SPAN_NAMES if kind == "pull" else ("both", *SPAN_NAMES))]
     if len({r.direction for r in samples.runs}) > 1:
-        found += [Place("span", where) for where in SPANS]
+        found += [Place("span", where) for where in SPAN_NAMES]
         found += [Place("pull", where, tilts) for where in PULLEYS]  # tight and slack side of a driven belt
     sensors = tuple((s.name, int(s.at[-1])) for s in samples.signals if s.kind == "lateral")
     found += [Place("sensor", sensor[0], (sensor,)) for sensor in sensors]

@@ -18,7 +18,7 @@ from typing import Any, ClassVar, dataclass_transform
 
 from belt_sim.case import Case, pytree
 from belt_sim.errors import InputError
-from belt_sim.line.hooks import HOOKS, LAWS, Hooks
+from belt_sim.line.hooks import HOOKS, LAW_NAMES, Hooks
 from belt_sim.line.runup import add
 
 
@@ -157,8 +157,8 @@ def effect(cls):
         cls = dataclass(frozen=True, kw_only=True)(cls)
     declared = {f.name: f.metadata["parameter"] for f in fields(cls) if "parameter" in f.metadata}
     cls.parameters = {**cls.parameters, **declared}
-    if cls.law not in LAWS:
-        raise InputError(f"{cls.__name__}.law", repr(cls.law), "", f"use one of {', '.join(LAWS)}")
+    if cls.law not in LAW_NAMES:
+        raise InputError(f"{cls.__name__}.law", repr(cls.law), "", f"use one of {', '.join(LAW_NAMES)}")
     names = {f.name for f in fields(cls)}
     if names != set(cls.parameters):
         raise InputError(f"{cls.__name__}.parameters", sorted(names ^ set(cls.parameters)), "", "declare each once")

@@ -11,7 +11,7 @@ from belt_sim.effects.base import METRES, TURN_OVER, Cause, Effect, effect, para
 from belt_sim.line.influence import integral, interpolate_rows, natural_curvature_rows, span_fields
 from belt_sim.line.runup import add
 
-HARMONICS = 40
+EDGE_HARMONICS = 40
 FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27
 
 
@@ -19,7 +19,7 @@ _HARMONICS = {
     f"{short}{k}": parameter(
         "m", f"harmonic {k} of the belt length, {words}", plausible=(-1e-2 / k, 1e-2 / k), scale=2e-4 / k**FALLS
     )
-    for k in range(1, HARMONICS + 1)
+    for k in range(1, EDGE_HARMONICS + 1)
     for short, words in (("cos", "in phase"), ("sin", "in quadrature"))
 }
 
@@ -49,14 +49,14 @@ class EdgeProfile(with_parameters("_Harmonics", _HARMONICS)):  # type: ignore[mi
     def sensor(self, reading, case):
         phase = _phase(reading.sensor_travel, case)
         cos, first, second = jnp.cos(phase), jnp.zeros(()), jnp.zeros(())
-        for k in range(HARMONICS, 0, -1):  # Clenshaw's sums, of the cosines and of the sines
+        for k in range(EDGE_HARMONICS, 0, -1):  # Clenshaw's sums, of the cosines and of the sines
             size = jnp.stack([getattr(self, f"cos{k}"), getattr(self, f"sin{k}")])[:, None, None]
             first, second = size + 2.0 * cos * first - second, first
         return replace(reading, y=reading.y + first[0] * cos - second[0] + first[1] * jnp.sin(phase))
 
     @classmethod
     def columns(cls, sensor_travel, case):
-        phase = jnp.arange(1, HARMONICS + 1)[:, None, None] * _phase(sensor_travel, case)
+        phase = jnp.arange(1, EDGE_HARMONICS + 1)[:, None, None] * _phase(sensor_travel, case)
         return jnp.stack([jnp.cos(phase), jnp.sin(phase)], axis=1).reshape(-1, *phase.shape[1:])
 
 

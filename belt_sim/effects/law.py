@@ -28,7 +28,7 @@ from belt_sim.line.span import log_of_change, response, response_by_change
 PULLEYS = ("tail", "head")
 #: channels of the roll at mid-span of the spans that run up the tail and the head pulley, which moves nothing else
 ROLLS = tuple(f"roll_{pulley}" for pulley in PULLEYS)
-SPANS = ("upper", "lower")  # the first runs up the tail pulley where the belt travels forwards
+SPAN_NAMES = ("upper", "lower")  # the first runs up the tail pulley where the belt travels forwards
 
 
 class Kind(NamedTuple):
@@ -43,7 +43,7 @@ class Kind(NamedTuple):
     relative: str = ""
 
 
-KINDS = {
+PLACE_KINDS = {
     "yaw": Kind("yaw of {}", "rad", "drive", "yaw"),
     "turn": Kind("turn of the belt where it runs up {}", "1/m", "run-up", "runup", "turn"),
     "drift": Kind("sideways drift where the belt runs up {}", "rad", "run-up", "runup", "drift"),
@@ -61,7 +61,7 @@ AT_PULLEYS = ("yaw", "turn", "drift", "shift", "twist")  # of these kinds
 WRAPPED = ("shift", "twist")  # what happens to a belt while it lies on a pulley
 STIFFNESS = ("pull", "bending", "torsion")  # relative changes of a span's own
 BY_THE_BELT = ("turn", "drift", "bending", "torsion")  # what a section of the belt can do: at run-ups and in spans
-RELATIVE = tuple(kind for kind, k in KINDS.items() if k.relative)
+RELATIVE = tuple(kind for kind, k in PLACE_KINDS.items() if k.relative)
 #: where -> its words at pulleys, and of spans
 _ALIKE = {
     "both": ("both pulleys alike", "both spans"),
@@ -81,7 +81,7 @@ VARIABLES = {
     "reading": ("m", "the place y that the sensor sees", "y"),
     "reading_rate": ("m/s", "the speed dy/dt that the sensor sees", "dy/dt"),
 }
-INDEPENDENT = ("none", "yaw_set", "beta", "sigma")  # variables that do not depend on where the belt runs
+EXTERNAL_VARIABLES = ("none", "yaw_set", "beta", "sigma")  # variables that do not depend on where the belt runs
 
 
 def stop(x, half, s=None, xp=np):
@@ -200,8 +200,8 @@ def _derived() -> Any:
 class Place:
     """A place at which physics can be missing.
 
-    kind: of KINDS; where: tail, head (of a span: it runs up that pulley), both, carried (both, as the belt carries it),
-    upper, lower, the name of a sensor, all; sensors: names of those that show what acts there, and their points, 1 to 4
+    kind: of PLACE_KINDS; where: tail, head (of a span: it runs up that pulley), both, carried (both, as the belt carries
+    it), upper, lower, the name of a sensor, all; sensors: names of those that show what acts there, and their points, 1 to 4
     (0: of a sensor of tilt, which shows what a change of a span does to its roll).
 
     name, words: the place in one word, and in several; unit: of what acts there; relative: what its input is a relative
@@ -225,7 +225,7 @@ class Place:
     is_stretch: bool = _derived()
 
     def __post_init__(self) -> None:
-        kind, where, known = self.kind, self.where, KINDS[self.kind]
+        kind, where, known = self.kind, self.where, PLACE_KINDS[self.kind]
         is_carried = where == "carried" and kind in BY_THE_BELT
 
         if kind in ("sensor", "travel"):
@@ -262,7 +262,7 @@ def fixed_places() -> dict[str, Place]:
     found = [Place(kind, where) for kind in AT_PULLEYS for where in (*PULLEYS, "both")]
     found += [Place(kind, "carried") for kind in BY_THE_BELT]
     found += [Place("bending", "both"), Place("torsion", "both")]
-    found += [Place(kind, where) for kind in (*STIFFNESS, "span") for where in SPANS]
+    found += [Place(kind, where) for kind in (*STIFFNESS, "span") for where in SPAN_NAMES]
     found += [Place("pull", where) for where in PULLEYS]
     return {p.name: p for p in (*found, Place("tension"), Place("travel"))}
 
@@ -296,7 +296,7 @@ class Form:
             is_wave=self.course.removesuffix("_sine") in ("wave", "decaying_wave"),
             is_carried=self.course == "belt_section",
             since_yaw=self.variable in ("beta", "yaw_set") and not self.course.startswith("wave"),
-            reads_belt=self.variable not in INDEPENDENT,
+            reads_belt=self.variable not in EXTERNAL_VARIABLES,
         )
 
     @property
@@ -399,7 +399,7 @@ def number_name(name: str, k: int) -> str:
 
 ID = "generic_law"
 CLASSES = 256  # of effects that a process keeps
-REACH = 0.25  # [m] of travel either way, over which a reading is differentiated
+RATE_REACH = 0.25  # [m] of travel either way, over which a reading is differentiated
 
 
 class GenericLaw(Effect):
@@ -437,7 +437,7 @@ class GenericLaw(Effect):
 
     def waves(self, case):
         found = {}
-        for k, t in self.terms(*(kind for kind, x in KINDS.items() if x.law != "sensor")):
+        for k, t in self.terms(*(kind for kind, x in PLACE_KINDS.items() if x.law != "sensor")):
             if t.form.is_wave:
                 at, timed = float(self.number("at", k)), t.form.timed
                 length = at * float(case.settings.speed) if timed else at
@@ -466,7 +466,7 @@ class GenericLaw(Effect):
 
             rows = np.asarray(jax.vmap(one, (0, None if x is None else 1), 1)(curves.travel, x))[:: 1 if ahead else -1]
             here = [t.place.where in PULLEYS and t.place.where != p for p in PULLEYS[:: 1 if ahead else -1]]
-            there = [t.place.where in SPANS and t.place.where != s for s in SPANS]
+            there = [t.place.where in SPAN_NAMES and t.place.where != s for s in SPAN_NAMES]
             found += np.where(np.array(here)[:, None] | np.array(there)[:, None], 0.0, rows)
         return found
 
@@ -501,9 +501,9 @@ def law_effect(content: SizedLaw, id: str = ID) -> type[GenericLaw]:
             declared = Parameter(unit=unit, meaning=meaning, plausible=(low, high), scale=scale, modifier=shapes)
             parameters[number_name(name, k)] = replace(declared, null=float(value) if shapes else 0.0)
             fields.append((number_name(name, k), float, field(default=float(value))))
-    hooks = {KINDS[t.place.kind].hook for t in terms}
+    hooks = {PLACE_KINDS[t.place.kind].hook for t in terms}
     # pulleys have a shape for every term that acts on the march: a yaw, a taper or a crown that stays
-    acting = [t for t in terms if KINDS[t.place.kind].law != "sensor"]
+    acting = [t for t in terms if PLACE_KINDS[t.place.kind].law != "sensor"]
     in_scene = bool(acting) and all(
         t.form.course == "constant"
         and (
@@ -516,7 +516,7 @@ def law_effect(content: SizedLaw, id: str = ID) -> type[GenericLaw]:
         "id": id,
         "title": "A law found in data: " + ", ".join(dict.fromkeys(t.place.words for t in terms)),
         "stage": 3,  # it was found beside all others
-        "law": KINDS[terms[0].place.kind].law,
+        "law": PLACE_KINDS[terms[0].place.kind].law,
         "parity": content.law.parity,
         "parameters": parameters,
         "content": content,
@@ -562,12 +562,12 @@ def _at_pulleys(*kinds: str) -> Callable[..., Any]:
                     x = getattr(landed, v)[pulley]
                 added = self.strength(k, x, state.travel, case, pulley)
                 if t.place.kind == "span":  # on the pulley that it runs up
-                    up = 1.0 if SPANS[pulley or 0] == t.place.where else -1.0
+                    up = 1.0 if SPAN_NAMES[pulley or 0] == t.place.where else -1.0
                     added = jnp.where(case.settings.direction * up > 0.0, added, 0.0)
                 if t.place.kind == "yaw":
                     value = add(value, **{PULLEYS[pulley]: added})
                 else:
-                    value = add(value, **{KINDS[t.place.kind].field: jnp.zeros(2).at[pulley].set(added)})
+                    value = add(value, **{PLACE_KINDS[t.place.kind].field: jnp.zeros(2).at[pulley].set(added)})
         return value
 
     return hook
@@ -613,8 +613,8 @@ def _bend(self, bend, boundary, known, case):
         elif t.form.variable == "kappa_mean":
             x = (boundary.ends[2] - boundary.ends[1]) / case.rig.span_length
         added = self.strength(k, x, boundary.travel, case)
-        if t.place.where in SPANS:
-            first = jnp.array([t.place.where == s for s in SPANS])
+        if t.place.where in SPAN_NAMES:
+            first = jnp.array([t.place.where == s for s in SPAN_NAMES])
             added = jnp.where((case.settings.direction > 0) == first, added, 0.0)
         elif t.place.where in PULLEYS:
             added = jnp.where(jnp.array([t.place.where == p for p in PULLEYS]), added, 0.0)
@@ -645,7 +645,7 @@ def _sensor(self, reading, case):
             elif t.form.variable == "reading_rate":  # dy/dt [m/s]
                 order = jnp.argsort(reading.sensor_travel)
                 s, y = reading.sensor_travel[order], reading.y[row][order]
-                low, high = (jnp.clip(reading.sensor_travel + h, s[0], s[-1]) for h in (-REACH, REACH))
+                low, high = (jnp.clip(reading.sensor_travel + h, s[0], s[-1]) for h in (-RATE_REACH, RATE_REACH))
                 x = (jnp.interp(high, s, y) - jnp.interp(low, s, y)) / (high - low) * case.settings.speed
             added = added.at[row].add(self.strength(k, x, reading.sensor_travel, case))
     return add(reading, y=added)
@@ -675,10 +675,10 @@ _HOOKS = {
 
 
 WIDTH = 110  # columns of a comment
-NUMBERS = ("size", "cos", "sin", "knee", "at", "wide", "exponent")
-STEEPEST = 10.0  # exponent of the tension
+TERM_NUMBERS = ("size", "cos", "sin", "knee", "at", "wide", "exponent")
+LARGEST_EXPONENT = 10.0  # exponent of the tension
 SHARES = (-0.95, 3.9)  # between which a relative change of a span's tension or stiffness is known
-POINTS = (1, 2, 3, 4)
+SENSOR_POINTS = (1, 2, 3, 4)
 
 
 def law_entry(effect: GenericLaw) -> dict[str, Any]:
@@ -689,7 +689,7 @@ def law_entry(effect: GenericLaw) -> dict[str, Any]:
         term: dict[str, Any] = {"place": "sensor", "points": points} if points else {"place": t.place.name}
         term |= {"variable": form.variable} | ({"shape": form.shape} if form.variable != "none" else {})
         term |= {"course": form.course} | ({"timed": True} if form.timed else {})
-        terms.append(term | {n: float(x) for n in NUMBERS if (x := effect.number(n, k)) is not None})
+        terms.append(term | {n: float(x) for n in TERM_NUMBERS if (x := effect.number(n, k)) is not None})
     return {"id": ID, "tension": float(effect.content.tension), "terms": terms}
 
 
@@ -710,7 +710,7 @@ def law_lines(effect: GenericLaw, uncertainty: Mapping[str, float], notes: Seque
             words["course"] += f", s: time{since} [s]" if t.form.timed else f", s: travel{since} [m]"
         for name, value in term.items():
             text, comment = str(value).lower() if name == "timed" else str(value), words.get(name, "")
-            if name in NUMBERS:
+            if name in TERM_NUMBERS:
                 number, u = effect.parameters[number_name(name, k)], uncertainty.get(number_name(name, k))
                 parts = number.unit if number.unit != "1" else "", number.meaning, f"+- {u:.2g}" if u else ""
                 text, comment = yaml_number(value), ", ".join(part for part in parts if part)
@@ -766,11 +766,11 @@ def law_of_entry(entry: Mapping[str, Any], found: bool = False) -> SizedLaw:
 
 def _term_of(given: Any, where: str, found: bool) -> tuple[Term, list[float]]:
     """The term of an entry, and its sizes."""
-    one = _Entry(given, where, ("place", "points", "variable", "shape", "course", "timed", *NUMBERS))
+    one = _Entry(given, where, ("place", "points", "variable", "shape", "course", "timed", *TERM_NUMBERS))
     place = _place_of(one)
     beyond = ("reading", "reading_rate") if place.kind == "sensor" else () if place.kind == "travel" else ("y", "kappa")
     own = () if place.kind in ("sensor", "travel") else ("kappa_mean",) if place.relative else ("alpha",)
-    variable = one.choice("variable", ["none"] if place.is_stretch else [*INDEPENDENT, *beyond, *own], "none")
+    variable = one.choice("variable", ["none"] if place.is_stretch else [*EXTERNAL_VARIABLES, *beyond, *own], "none")
     shape = one.choice("shape", SHAPES, "linear")
     course = one.choice("course", [c for c in COURSES if not c.endswith("_sine")], "constant")
     form = Form(variable, shape, course=course, timed=flag(f"{where}.timed", given.get("timed", False)))
@@ -784,15 +784,15 @@ def _term_of(given: Any, where: str, found: bool) -> tuple[Term, list[float]]:
         one.refuse("shape", "only the reading of a sensor sticks")
     shaping = {"knee": SHAPES[shape].knee, "at": bool(COURSES[course].at), "wide": COURSES[course].wide}
     needed = [*form.halves, *(n for n, there in (shaping | {"exponent": "exponent" in given}).items() if there)]
-    for name in NUMBERS:
+    for name in TERM_NUMBERS:
         if name in given and name not in needed:
             one.refuse(name, f"a {course} of shape {shape} has no such number; leave it out")
     values = {n: one.number(n) for n in needed}
     for name in shaping:
         if values.get(name, 1.0) <= 0.0 and not (name == "at" and form.is_carried):
             one.refuse(name, "give a number above 0")
-    if abs(values.get("exponent", 0.0)) > STEEPEST:
-        one.refuse("exponent", f"give an exponent of at most {STEEPEST:g} either way")
+    if abs(values.get("exponent", 0.0)) > LARGEST_EXPONENT:
+        one.refuse("exponent", f"give an exponent of at most {LARGEST_EXPONENT:g} either way")
     steady = variable in ("none", "yaw_set") and not COURSES[course].per
     if place.relative and not place.is_stretch and steady and not found:
         peak = float(np.hypot(*(values[n] for n in form.halves))) if form.is_wave else 0.0
@@ -814,7 +814,11 @@ def _place_of(one: _Entry) -> Place:
         if points is not None:
             one.refuse("points", "only place: sensor has points")
         return places[name]
-    if not isinstance(points, Sequence) or not points or any(p not in POINTS or isinstance(p, bool) for p in points):
+    if (
+        not isinstance(points, Sequence)
+        or not points
+        or any(p not in SENSOR_POINTS or isinstance(p, bool) for p in points)
+    ):
         one.refuse("points", "give the points of the sensors, as [1, 4]")
     if len(set(points)) < len(points):
         one.refuse("points", "name each point once")

@@ -18,7 +18,7 @@ from belt_sim.io import careful_yaml
 from belt_sim.line.hooks import HOOKS, LAW_OF_HOOK, line_of, overrides, wrong_file
 
 SCHEMA, WITH_LAWS = "belt-effects/1", "belt-effects/2"  # version 2 may hold laws that were found
-BEYOND = 100.0  # times the largest plausible value: more is a slip of the pen
+MOST_TIMES_PLAUSIBLE = 100.0  # times the largest plausible value: more is a slip of the pen
 
 
 def load_classes(spec: Any) -> dict[str, type[Effect]]:
@@ -132,7 +132,7 @@ def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
         as_text = " (write 2.0e-5, not 2e-5)" if re.fullmatch(r"[+-]?\d+e[+-]?\d+", str(value)) else ""
         finite(where, value, parameter.unit, f"give a finite number{as_text}")
         low, high = parameter.plausible
-        if abs(value) > (most := BEYOND * max(abs(low), abs(high))):
+        if abs(value) > (most := MOST_TIMES_PLAUSIBLE * max(abs(low), abs(high))):
             remedy = f"give at most {most:g} {parameter.unit}; {low:g} to {high:g} is plausible"
             raise InputError(where, f"{value:g}", parameter.unit, remedy)
         if value < parameter.null <= low and not parameter.modifier:

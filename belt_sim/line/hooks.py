@@ -24,7 +24,7 @@ from belt_sim.line.runup import Contact, Reading, RunOff, RunUp, State, Yaw
 from belt_sim.line.span import Response, Span
 from belt_sim.scene_parts import SceneParts
 
-LAWS = ("span", "run-up", "wrap", "drive", "sensor")
+LAW_NAMES = ("span", "run-up", "wrap", "drive", "sensor")
 #: hooks of an effect by who calls them: before an engine, an analytic engine, a 3D engine, after an engine
 BEFORE_ENGINE = ("settings",)
 IN_MARCH = ("span", "hold", "bend", "yaw", "runup", "slide", "wrap")

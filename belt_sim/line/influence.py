@@ -21,7 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import pytree
-from belt_sim.line.runup import NONE, add
+from belt_sim.line.runup import TWO_ZEROS, add
 from belt_sim.line.span import Span, condense, dimensionless, inverse
 
 
@@ -35,13 +35,13 @@ class Bend:
     tension: what is added to the span's own, as a share.
     """
 
-    runup: jnp.ndarray = field(default_factory=NONE)
-    runoff: jnp.ndarray = field(default_factory=NONE)
-    natural_runup: jnp.ndarray = field(default_factory=NONE)
-    natural_runoff: jnp.ndarray = field(default_factory=NONE)
-    tilt: jnp.ndarray = field(default_factory=NONE)
-    side_force: jnp.ndarray = field(default_factory=NONE)
-    tension: jnp.ndarray = field(default_factory=NONE)
+    runup: jnp.ndarray = field(default_factory=TWO_ZEROS)
+    runoff: jnp.ndarray = field(default_factory=TWO_ZEROS)
+    natural_runup: jnp.ndarray = field(default_factory=TWO_ZEROS)
+    natural_runoff: jnp.ndarray = field(default_factory=TWO_ZEROS)
+    tilt: jnp.ndarray = field(default_factory=TWO_ZEROS)
+    side_force: jnp.ndarray = field(default_factory=TWO_ZEROS)
+    tension: jnp.ndarray = field(default_factory=TWO_ZEROS)
 
 
 @pytree

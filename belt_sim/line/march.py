@@ -24,16 +24,16 @@ from belt_sim.line.runup import RunOff, RunUp, Yaw, delayed_runoff
 from belt_sim.line.spans import Composition, Spans
 from belt_sim.units import N_PER_MM2
 
-STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
+MARCH_STEP = 0.05  # [m]; error of y_1 below 1e-4 on the test rig, see tests/convergence
 KEEP = 0.1  # [m]
-FURTHEST = 100.0  # belt widths off the middle: no march goes on beyond
-BEFORE = -1.0  # [m]: the instant before the start
-POINTS, SPANS = ((0, 2, 1, 3), (2, 0, 3, 1)), ((0, 1), (1, 0))  # their rows in ``_observe``; on reversed travel
+FURTHEST_WIDTHS = 100.0  # belt widths off the middle: no march goes on beyond
+BEFORE_START = -1.0  # [m]: the instant before the start
+POINT_ROWS, SPAN_ROWS = ((0, 2, 1, 3), (2, 0, 3, 1)), ((0, 1), (1, 0))  # their rows in ``_observe``; on reversed travel
 RETURNED = ("travel", "y", "angle", "moment", "moment_runoff", "edge_stress", "tilt", "sag")  # of Curves
 
 
 def march_case(
-    case: Case, model: Composition, effects=(), *, travel: float, step: float = STEP, keep: float = KEEP
+    case: Case, model: Composition, effects=(), *, travel: float, step: float = MARCH_STEP, keep: float = KEEP
 ) -> Curves:
     """Return the true curves of one case, before encoder and sensors (``AnalyticModel.run`` adds those).
 
@@ -47,14 +47,14 @@ def march_case(
     Raises:
         CannotRepresent: if the model cannot represent an effect.
         InputError: if the step is longer than a wrap, or effects leave no tension.
-        SimulationError: if the belt runs ``FURTHEST`` widths off, or the result is not finite.
+        SimulationError: if the belt runs ``FURTHEST_WIDTHS`` widths off, or the result is not finite.
     """
     model.admit(effects)
     return march_driven(in_float64(as_driven)(case, effects), model, effects, travel=travel, step=step, keep=keep)
 
 
 def march_driven(
-    case: Case, model: Composition, effects=(), *, travel: float, step: float = STEP, keep: float = KEEP
+    case: Case, model: Composition, effects=(), *, travel: float, step: float = MARCH_STEP, keep: float = KEEP
 ) -> Curves:
     """Like ``march_case``, for a case with actual settings, after effects on the drive."""
     plan = plan_steps(case, travel=travel, step=step, keep=keep)
@@ -68,11 +68,12 @@ def march_driven(
     rows = _compile_march(model, roomy, tuple(map(type, effects)))(case, tuple(effects), spacing)
     whole = as_numpy(Curves(**dict(zip(RETURNED, rows, strict=True))))
     curves = replace(whole, **{n: getattr(whole, n)[..., : records + 1] for n in RETURNED if n != "sag"})
-    far = ~(np.abs(curves.y) <= FURTHEST * case.belt.width).all(axis=0)
+    far = ~(np.abs(curves.y) <= FURTHEST_WIDTHS * case.belt.width).all(axis=0)
     if far.any():
         named = f"effects = {', '.join(e.id for e in effects)}: weaken them, or " if effects else ""
+        most = FURTHEST_WIDTHS * float(case.belt.width)
         raise SimulationError(
-            f"y is more than {FURTHEST:g} belt widths ({FURTHEST * float(case.belt.width):g} m) off after "
+            f"y is more than {FURTHEST_WIDTHS:g} belt widths ({most:g} m) off after "
             f"{float(curves.travel[np.argmax(far)]):.3g} m of travel, the belt runs away; {named}shorten travel"
         )
     unfit = [n for n in RETURNED if not np.isfinite(getattr(curves, n)).all()]
@@ -268,9 +269,9 @@ def _start(spans, slots):
     zero = jnp.zeros(2)
     off = RunOff(y=zero, alpha=zero, moment=zero)
     yaw = _yaw(spans.case, drive.angle_at, 0.0)
-    blank = spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw)
+    blank = spans.state(jnp.zeros(()), BEFORE_START, zero, zero, off, yaw)
     yaw = apply_hook(spans.effects, "yaw", yaw, blank, spans.case)
-    now = spans.apply_slides(spans.state(jnp.zeros(()), BEFORE, zero, zero, off, yaw), off, yaw)
+    now = spans.apply_slides(spans.state(jnp.zeros(()), BEFORE_START, zero, zero, off, yaw), off, yaw)
     history = jnp.zeros((slots, 6)).at[0].set(jnp.stack([now.y, now.alpha, now.moment], axis=1).ravel())
     return history, now, off, yaw
 
@@ -297,7 +298,7 @@ def _by_place(rows, case: Case):
     Rows (4, ...) of run-up tail, run-up head, run-off tail, run-off head become points 1-4; rows (2, ...) of the spans
     up the tail and up the head pulley become upper and lower span. On reversed travel the spans change places.
     """
-    ahead, back = POINTS if len(rows) == len(POINTS[0]) else SPANS
+    ahead, back = POINT_ROWS if len(rows) == len(POINT_ROWS[0]) else SPAN_ROWS
     forward = case.settings.direction > 0
     return jnp.stack([jnp.where(forward, rows[a], rows[b]) for a, b in zip(ahead, back, strict=True)])
 

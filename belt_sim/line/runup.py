@@ -23,7 +23,7 @@ def add(value: Any, **more: Any) -> Any:
     return replace(value, **{name: getattr(value, name) + x for name, x in more.items()})
 
 
-NONE = partial(jnp.zeros, 2)  # of what there is at two pulleys or spans
+TWO_ZEROS = partial(jnp.zeros, 2)  # of what there is at two pulleys or spans
 FRICTION = 0.15  # of belt on pulley where no effect says it: steel on a smooth pulley, the least that is usual
 
 
@@ -58,12 +58,12 @@ class Yaw:
 
     tail: jnp.ndarray
     head: jnp.ndarray
-    roll_runup: jnp.ndarray = field(default_factory=NONE)
-    roll_runoff: jnp.ndarray = field(default_factory=NONE)
-    aside_runup: jnp.ndarray = field(default_factory=NONE)
-    aside_runoff: jnp.ndarray = field(default_factory=NONE)
-    skew_runup: jnp.ndarray = field(default_factory=NONE)
-    skew_runoff: jnp.ndarray = field(default_factory=NONE)
+    roll_runup: jnp.ndarray = field(default_factory=TWO_ZEROS)
+    roll_runoff: jnp.ndarray = field(default_factory=TWO_ZEROS)
+    aside_runup: jnp.ndarray = field(default_factory=TWO_ZEROS)
+    aside_runoff: jnp.ndarray = field(default_factory=TWO_ZEROS)
+    skew_runup: jnp.ndarray = field(default_factory=TWO_ZEROS)
+    skew_runoff: jnp.ndarray = field(default_factory=TWO_ZEROS)
 
     @property
     def runup(self):
@@ -133,7 +133,7 @@ class RunOff:
     y: jnp.ndarray
     alpha: jnp.ndarray
     moment: jnp.ndarray
-    turned: jnp.ndarray = field(default_factory=NONE)
+    turned: jnp.ndarray = field(default_factory=TWO_ZEROS)
 
 
 def delayed_runoff(ring, step, arcs, spacing):

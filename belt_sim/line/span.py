@@ -25,7 +25,7 @@ _SQUARINGS = 4  # transfer matrix of L/1024 -> L/64
 _DOUBLINGS = 5  # condensed L/64 -> L/2: fields along a span are known at 65 places
 _TAYLOR_TERMS = 8
 CHANGES = (-3.0, -2.25, -1.5, -0.75, 0.75, 1.5)  # logarithms of 1 + change, between which powers stand for what it does
-LARGEST = (-3.1, 1.6)  # logarithms beyond which a change does no more
+CHANGE_LIMITS = (-3.1, 1.6)  # logarithms beyond which a change does no more
 
 
 @pytree
@@ -166,7 +166,7 @@ def response_by_change(span: Span, case: Case, kind: str) -> jax.Array:
 
 def log_of_change(change, xp=jnp):
     """log(1 + change) of a relative change (...), as far as CHANGES tell what it does."""
-    return xp.clip(xp.log(xp.maximum(1.0 + change, 1e-3)), *LARGEST)
+    return xp.clip(xp.log(xp.maximum(1.0 + change, 1e-3)), *CHANGE_LIMITS)
 
 
 def dimensionless(span: Span):

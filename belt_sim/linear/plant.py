@@ -35,7 +35,7 @@ INPUTS = ("yaw", "yaw_head")
 OUTPUTS = ("y1", "y2", "y3", "y4")
 STATES = ("y_tail", "alpha_tail", "y_head", "alpha_head")
 #: How a wrapped arc is replaced: Pade's approximation, or a chain of equal lags.
-DELAYS = ("pade", "chain")
+ARC_MODELS = ("pade", "chain")
 _AT_REST = 1e-4  # [rad/m]: so slow that the plant only integrates
 _SLOW = 2.0  # [rad/m]: up to here a wrapped arc by Pade 4 is exact to 1e-7
 _GRID = 200  # wavenumbers at which the error is looked for
@@ -198,8 +198,8 @@ def state_space(plant: LinearBelt, *, order: int = 3, delay: str = "pade", per_m
     delay.
     """
     whole("order", order, 1, 12)
-    if delay not in DELAYS:
-        raise InputError("delay", delay, "", f"use one of {', '.join(DELAYS)}")
+    if delay not in ARC_MODELS:
+        raise InputError("delay", delay, "", f"use one of {', '.join(ARC_MODELS)}")
     if delay == "chain":
         a = order * (np.eye(order, k=-1) - np.eye(order))
         b, c, d = order * np.eye(order, 1), np.eye(1, order, k=order - 1), np.zeros((1, 1))
@@ -367,8 +367,8 @@ def _rate(spans: Spans, travel, x, late, yaws):
 # A controller on the plant: the loop in travel, and its margins.
 
 
-LOST = 10.0  # [m] off the middle, at which a run that diverges ends
-ORDER = 6  # of the rational function that stands for each wrapped arc
+LOST_AT = 10.0  # [m] off the middle, at which a run that diverges ends
+LOOP_ORDER = 6  # of the rational function that stands for each wrapped arc
 LONGEST_WAY = 1000  # samples that a reading may be late: the loop's eigenvalues take a second
 GROWS = 1e-6  # [1/m]: less is rounding of a mode that stands, e-fold in 1000 km
 WAVES = np.geomspace(1e-4, 20.0, 8000)  # [rad per metre of travel] at which the open loop is drawn
@@ -525,7 +525,7 @@ def close_loop(
     if late > LONGEST_WAY:
         raise InputError("delay", delay, "s", f"give at most {LONGEST_WAY} samples of {sample:g} s, or longer samples")
     linear = None if callable(controller) and not hasattr(controller, "dt") else _continuous(controller)
-    space = state_space(plant, order=ORDER)
+    space = state_space(plant, order=LOOP_ORDER)
     size = len(space.a)
     constant = np.zeros(size)
     constant[: len(plant.constant)] = plant.constant * plant.speed
@@ -544,7 +544,7 @@ def close_loop(
         error = reference - measured[k]
         command[k] = float(controller(k * sample, error) if linear is None else asked @ x + direct * error)
         if not np.isfinite(command[k]) or np.abs(shown[:, k]).max() > 1e6:
-            kept = int(np.argmax(np.abs(shown[:, : k + 1]).max(axis=0) > LOST))
+            kept = int(np.argmax(np.abs(shown[:, : k + 1]).max(axis=0) > LOST_AT))
             if linear is None or kept < 2:
                 remedy = f"the loop is unstable: it diverges by {k * sample:.3g} s; give limits, or a smaller gain"
                 raise InputError("controller", f"{command[k]:g}", "rad", remedy)

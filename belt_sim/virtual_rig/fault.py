@@ -46,7 +46,7 @@ def shape(default: float, draw: Callable, grid: Callable = lambda plan: ()) -> A
 
 #: Hook -> what it is where nothing is wrong. s: travel [m]; y, kappa, alpha: at the run-ups of the tail and the head
 #: pulley, shape (2, batch).
-HOOKS: dict[str, Callable[..., Any]] = {
+FAULT_HOOKS: dict[str, Callable[..., Any]] = {
     "set": lambda f, line: line,  # the line with its constants changed
     "yaw": lambda f, s, line: 0.0,  # added to the tail pulley's yaw [rad]
     "yaw_head": lambda f, s, line: 0.0,  # added to the head pulley's yaw [rad]
@@ -84,7 +84,7 @@ HOOKS: dict[str, Callable[..., Any]] = {
 class Fault:
     """A departure from the faultless line; parameters are SI numbers or arrays (batch,), and 0 is no fault.
 
-    A fault is the twin of an effect, of the same id (``faults``), or unmodelled. It overrides those of the ``HOOKS``
+    A fault is the twin of an effect, of the same id (``faults``), or unmodelled. It overrides those of ``FAULT_HOOKS``
     that it needs. Every subclass becomes a frozen dataclass, whose fields are declared by ``size``, the leading ones
     first, and ``shape``.
     """
@@ -116,13 +116,13 @@ class Fault:
         def __getattr__(self, name: str) -> Any: ...
 
 
-for _name, _hook in HOOKS.items():
+for _name, _hook in FAULT_HOOKS.items():
     setattr(Fault, _name, _hook)
 
 
 def has_hook(fault: Fault | type[Fault], hook: str) -> bool:
     """Whether a fault has a hook of its own."""
-    return getattr(fault if isinstance(fault, type) else type(fault), hook) is not HOOKS[hook]
+    return getattr(fault if isinstance(fault, type) else type(fault), hook) is not FAULT_HOOKS[hook]
 
 
 def fault(id: str, module: str, words: str, *, base: type[Fault] = Fault, **given: Any) -> Any:
@@ -153,7 +153,7 @@ def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
 
 # Courses in travel and time: steps, random walks, a machine that warms up.
 
-KNOTS = 400
+COURSE_KNOTS = 400
 
 
 def smooth_step(s, at, over):
@@ -165,10 +165,10 @@ def smooth_step(s, at, over):
 @cache
 def random_course(seed: int) -> np.ndarray:
     """Normal numbers of 256 runs at so many knots of a course, (runs, knots)."""
-    return np.random.default_rng(seed).standard_normal((256, KNOTS))
+    return np.random.default_rng(seed).standard_normal((256, COURSE_KNOTS))
 
 
-SLOWEST = 1e5  # [s], as good as linear in a record
+SLOWEST_WARMING = 1e5  # [s], as good as linear in a record
 
 
 def warm_up(s, line, time_constant: float):
@@ -179,9 +179,11 @@ def warm_up(s, line, time_constant: float):
 def any_time_constant(plan: Plan, rng: np.random.Generator) -> float:
     """Of warming up: between a tenth of the record and thrice it, or, one time in three, a linear drift."""
     drawn = math.exp(rng.uniform(math.log(0.1 * plan.duration), math.log(3 * plan.duration)))
-    return SLOWEST if rng.random() < 1 / 3 else min(max(drawn, 30.0), SLOWEST)
+    return SLOWEST_WARMING if rng.random() < 1 / 3 else min(max(drawn, 30.0), SLOWEST_WARMING)
 
 
 TIME_CONSTANT = shape(
-    SLOWEST, any_time_constant, lambda plan: (SLOWEST, max(30.0, 0.3 * plan.length / plan.runs[0].speed))
+    SLOWEST_WARMING,
+    any_time_constant,
+    lambda plan: (SLOWEST_WARMING, max(30.0, 0.3 * plan.length / plan.runs[0].speed)),
 )

@@ -118,9 +118,9 @@ def _weld_scene(f, parts, case):
     return parts.with_camber(camber) if f.angle else parts
 
 
-HARMONICS, DECAY = 40, 1.27
-FIRST = 4e-4  # [m]: of the cosine and of the sine, together 0.57 mm
-STEEPEST = 1e-2  # [m]: amplitude times harmonic, that is 3 mm/m of slope on a belt of 20 m
+PROFILE_HARMONICS, PROFILE_DECAY = 40, 1.27
+FIRST_HARMONIC = 4e-4  # [m]: of the cosine and of the sine, together 0.57 mm
+STEEPEST_EDGE = 1e-2  # [m]: amplitude times harmonic, that is 3 mm/m of slope on a belt of 20 m
 
 
 def _edge(f, place, s, line):
@@ -130,7 +130,7 @@ def _edge(f, place, s, line):
     along = {"point_4": 0.0 * span, "point_1": span, "point_2": span + wrap, "point_3": 2 * span + wrap}[place]
     phase = -2 * np.pi * (along - line.direction * (s + line.start)) / line.belt_length
     edge = 0.0
-    for k in range(1, HARMONICS + 1):
+    for k in range(1, PROFILE_HARMONICS + 1):
         cos, sin = getattr(f, f"cos{k}"), getattr(f, f"sin{k}")
         if np.any(cos) or np.any(sin):
             edge = edge + (cos * np.cos(k * phase) + sin * np.sin(k * phase))
@@ -244,8 +244,8 @@ _TABLE: dict[str, dict[str, Any]] = {
         "k^-1.27 about 0.57 mm for the first.",
         "mixed": True,
         **{
-            f"{kind}{k}": size("m", FIRST / k**DECAY, STEEPEST / k)
-            for k in range(1, HARMONICS + 1)
+            f"{kind}{k}": size("m", FIRST_HARMONIC / k**PROFILE_DECAY, STEEPEST_EDGE / k)
+            for k in range(1, PROFILE_HARMONICS + 1)
             for kind in ("cos", "sin")
         },
         "edge": _edge,

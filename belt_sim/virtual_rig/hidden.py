@@ -17,14 +17,14 @@ from belt_sim.virtual_rig.plan import Noise, Plan
 from belt_sim.virtual_rig.unmodelled import UNMODELLED
 
 #: the unmodelled faults on which a fitter may have been developed
-DEVELOPMENT = (
+DEVELOPMENT_FAULTS = (
     *("adhesion_loss", "dead_zone", "mid_stick", "quadratic_contact", "sensor_cubic", "strange_wave", "tension_decay"),
     *("walking_angle", "warming_stand", "wind_steps", "yaw_creep"),
 )
 #: those that change a span itself, and are drawn by themselves
-SPAN = tuple(name for name, cls in UNMODELLED.items() if cls.place.startswith("span_"))
+SPAN_FAULTS = tuple(name for name, cls in UNMODELLED.items() if cls.place.startswith("span_"))
 #: all others, which were made for blind tests only
-BLIND = tuple(name for name in UNMODELLED if name not in (*DEVELOPMENT, *SPAN))
+BLIND_FAULTS = tuple(name for name in UNMODELLED if name not in (*DEVELOPMENT_FAULTS, *SPAN_FAULTS))
 #: What ``hidden=random`` draws from; the order decides what a seed draws.
 RANDOM_LIBRARY = tuple(
     CATALOGUE[name]
@@ -228,7 +228,7 @@ def scale_fault(fault: Fault, factor: float) -> Fault:
 # Distance to the library: what the best one, and the best three of its effects leave over of a change.
 
 
-ALIKE = 3.0  # noise units that a lookalike may leave over, but no more than
+LOOKALIKE_REMAINDER = 3.0  # noise units that a lookalike may leave over, but no more than
 _ALIKE_SHARE = 0.5  # of the effect's own size
 _BEAM = 6  # best sets of one size that are tried with one more effect
 _SMALL = 0.3  # of the typical size
@@ -278,7 +278,7 @@ class LibrarySignatures:
             kept = sorted((left_over(names), names) for names in sets)
             best.append(kept[0][0])
             singles = singles or {names[0]: left for left, names in kept}
-        allowed = min(ALIKE, _ALIKE_SHARE * float(np.linalg.norm(target)))
+        allowed = min(LOOKALIKE_REMAINDER, _ALIKE_SHARE * float(np.linalg.norm(target)))
         alike = sorted(n for n, left in singles.items() if left < allowed)
         return LibraryDistance(lookalikes=alike, single=best[0], triple=best[2], largest=float(np.abs(change).max()))
 
@@ -321,11 +321,11 @@ def visible_sizes(cls: type[Fault], plan: Plan) -> dict:
 
 #: What is hidden -> how often.
 MIX = {"nothing": 0.30, "library": 0.35, "two": 0.10, "outside": 0.15, "below_noise": 0.05, "dirty": 0.05}
-SIZES = (3.0, 6.0, 12.0, 24.0)  # d of one library effect
+LIBRARY_SIZES = (3.0, 6.0, 12.0, 24.0)  # d of one library effect
 OUTSIDE = (6.0, 30.0)  # what the best three library effects leave over of an unmodelled fault
 #: In this share of the sets of two, and of unmodelled faults, one more thing is a real belt's edge.
 EDGE_BESIDE = {"two": 0.3, "outside": 0.1}
-_TWO_SIZES = SIZES[1:]
+_TWO_SIZES = LIBRARY_SIZES[1:]
 _BELOW = (0.3, 1.0)
 _EDGE = (0.2, 1.0)  # share of the measured profile
 REACHED = 0.8  # share of the wanted size that an effect must reach within its limits
@@ -383,7 +383,7 @@ def random_hidden(
     rng: np.random.Generator,
     *,
     kind: str | None = None,
-    unmodelled: Sequence[str] = BLIND + DEVELOPMENT,
+    unmodelled: Sequence[str] = BLIND_FAULTS + DEVELOPMENT_FAULTS,
     library: Sequence[str] = (),
 ) -> HiddenFaults:
     """One draw from the mix, or of one kind; unmodelled, library: ids that are drawn from (library: () = all)."""
@@ -399,7 +399,7 @@ def random_hidden(
     names = [cls.id for cls in RANDOM_LIBRARY if base not in (*cls.part_of, *cls.idle_on)]
     names = [name for name in names if not library or name in library]
     wanted = {
-        "library": lambda: [float(rng.choice(SIZES))],
+        "library": lambda: [float(rng.choice(LIBRARY_SIZES))],
         "two": lambda: [float(rng.choice(_TWO_SIZES)) for _ in range(2)],
         "below_noise": lambda: [float(rng.uniform(*_BELOW))],
     }[kind]()

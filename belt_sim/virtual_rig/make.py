@@ -22,8 +22,8 @@ from belt_sim.io import write_text
 from belt_sim.units import MM, N_PER_MM2
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.hidden import (
-    BLIND,
-    DEVELOPMENT,
+    BLIND_FAULTS,
+    DEVELOPMENT_FAULTS,
     MIX,
     OUTSIDE,
     REACHED,
@@ -259,7 +259,7 @@ def check_seed(seed: object) -> int:
 
 
 #: How often each kind of machine is drawn.
-KINDS = {"test_rig": 0.4, "short_rig": 0.2, "between": 0.2, "wide_belt": 0.2}
+MACHINE_SHARES = {"test_rig": 0.4, "short_rig": 0.2, "between": 0.2, "wide_belt": 0.2}
 #: Machines of the plans for fresh judging, which this draw does not know.
 FRESH_KINDS = ("stiff_short", "wide_thick")
 #: How many plans there are in all: plan number n is always the same, so that shapes of data come again.
@@ -318,11 +318,11 @@ _HEAVY, _SMOOTH = 0.10, 0.10  # how often
 
 
 def plan_by_number(number: int) -> tuple[str, Plan, Noise]:
-    """Kind, plan and stated noise of one of the ``POOL`` plans; their kinds come in the shares of ``KINDS``."""
+    """Kind, plan and stated noise of one of the ``POOL`` plans; their kinds come as often as ``MACHINE_SHARES`` say."""
     if not 0 <= number < POOL:
         raise InputError("plan", number, "", f"give a number from 0 to {POOL - 1}")
-    shares = np.cumsum(list(KINDS.values()))
-    kind = list(KINDS)[int(np.searchsorted(shares, ((number * 29) % POOL + 0.5) / POOL))]
+    shares = np.cumsum(list(MACHINE_SHARES.values()))
+    kind = list(MACHINE_SHARES)[int(np.searchsorted(shares, ((number * 29) % POOL + 0.5) / POOL))]
     return kind, *random_plan(kind, np.random.default_rng([2026, number]))
 
 
@@ -437,7 +437,7 @@ def random_campaign(
 
     blind: True for unmodelled faults of the blind list only, False for those of the development list, None for both.
     """
-    unmodelled = {None: BLIND + DEVELOPMENT, True: BLIND, False: DEVELOPMENT}[blind]
+    unmodelled = {None: BLIND_FAULTS + DEVELOPMENT_FAULTS, True: BLIND_FAULTS, False: DEVELOPMENT_FAULTS}[blind]
     streams, which = random_streams(check_seed(seed)), np.random.default_rng([seed, 1])
     kind = kind or str(which.choice(list(MIX), p=list(MIX.values())))
     base = random_base(which)

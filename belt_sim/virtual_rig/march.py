@@ -440,7 +440,7 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
 
 #: point -> pulley (0 tail, 1 head), and whether the belt leaves it there, for travel direction +1; -1 swaps run-up and
 #: run-off
-POINTS = {"point_1": (0, False), "point_2": (0, True), "point_3": (1, False), "point_4": (1, True)}
+POINT_PLACES = {"point_1": (0, False), "point_2": (0, True), "point_3": (1, False), "point_4": (1, True)}
 TILTS = {"upper_mid_span": 1.0, "lower_mid_span": -1.0}  # direction in which the belt comes from the head pulley
 
 
@@ -455,7 +455,7 @@ def perfect_reading(
         return np.where(TILTS[place] * line.direction > 0, *tilts)
     for fault in faults:
         s = fault.sensor_travel(s, line)
-    pulley, leaves = POINTS[place]
+    pulley, leaves = POINT_PLACES[place]
     up, off = history.state_at(s - before)[2 * pulley], history.wrap_exit(s - before)[pulley][0]
     seen = np.where((line.direction > 0) == leaves, off, up)
     return sum((f.edge(place, s, line) for f in faults), seen)

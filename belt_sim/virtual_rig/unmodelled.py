@@ -8,8 +8,8 @@ import numpy as np
 
 from belt_sim.case import GRAVITY
 from belt_sim.virtual_rig.fault import (
+    COURSE_KNOTS,
     HEAD,
-    KNOTS,
     TAIL,
     Fault,
     any_phase,
@@ -320,7 +320,9 @@ _TABLE: dict[str, dict[str, Any]] = {
         "The contact angle on the tail pulley takes a random walk of its own in every run.",
         size=size("rad/m^0.5", 5e-6, 1e-3, positive=True),
         seed=shape(0, any_seed),
-        turn=lambda f, s, line, y, kappa: f.size * random_course(f.seed)[line.run, min(int(s), KNOTS - 1)] * TAIL,
+        turn=lambda f, s, line, y, kappa: (
+            f.size * random_course(f.seed)[line.run, min(int(s), COURSE_KNOTS - 1)] * TAIL
+        ),
     ),
     # Run-up and wrap: how the belt follows its contact angle, and slides.
     "adhesion_loss": row(
@@ -464,7 +466,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         seed=shape(0, any_seed),
         turn=lambda f, s, line, y, kappa: np.broadcast_to(
             f.pressure
-            * random_course(f.seed)[line.run, min(int(s / 9.0), KNOTS - 1)]
+            * random_course(f.seed)[line.run, min(int(s / 9.0), COURSE_KNOTS - 1)]
             * line.span_length**2
             / (12 * line.bending),
             y.shape,

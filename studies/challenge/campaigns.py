@@ -16,9 +16,9 @@ from belt_sim.errors import InputError
 from belt_sim.units import N_PER_MM2
 from belt_sim.virtual_rig.fault import Fault, log_uniform
 from belt_sim.virtual_rig.hidden import (
-    BLIND,
+    BLIND_FAULTS,
     CORRUPTIONS,
-    DEVELOPMENT,
+    DEVELOPMENT_FAULTS,
     OUTSIDE,
     REACHED,
     SPAN,
@@ -30,7 +30,7 @@ from belt_sim.virtual_rig.hidden import (
 )  # fmt: skip
 from belt_sim.virtual_rig.make import (
     FRESH_KINDS,
-    KINDS,
+    MACHINE_SHARES,
     POOL,
     TITLE,
     Truth,
@@ -65,7 +65,7 @@ def fresh_plan(name: str, number: int) -> tuple[Plan, Noise]:
     if not 0 <= number < FRESH_POOL:
         raise InputError("plan", number, "", f"give a number from 0 to {FRESH_POOL - 1}")
     rng = np.random.default_rng([2027, FRESH_PLANS.index(name), number])
-    kind = name if name in FRESH_KINDS else str(rng.choice([*KINDS, *FRESH_KINDS]))
+    kind = name if name in FRESH_KINDS else str(rng.choice([*MACHINE_SHARES, *FRESH_KINDS]))
     plan, noise = random_plan(kind, rng)
     if name != "drift_before":
         return plan, noise
@@ -89,7 +89,7 @@ def fresh_campaign(seed: int, name: str, *, kind: str | None = None) -> tuple[Ca
         return f"{name} {number}", start_anywhere(plan, which) if name == "anywhere" else plan, stated
 
     drawn = _PHASED if phased and kind == "library" else ()
-    return draw_campaign(seed, streams, base, draw_plan, kind=kind, unmodelled=BLIND, library=drawn)
+    return draw_campaign(seed, streams, base, draw_plan, kind=kind, unmodelled=BLIND_FAULTS, library=drawn)
 
 
 def start_anywhere(plan: Plan, rng: np.random.Generator) -> Plan:
@@ -307,7 +307,7 @@ def plant_campaign(seed: int) -> tuple[Campaign, Truth]:
         else:
             drawn = (name,) if name else ()
             what = random_hidden(
-                plan, shown, _BASE, streams[0], kind=kind, unmodelled=BLIND + DEVELOPMENT, library=drawn
+                plan, shown, _BASE, streams[0], kind=kind, unmodelled=BLIND_FAULTS + DEVELOPMENT_FAULTS, library=drawn
             )
             what = _scaled_where_it_stands(what, shown, plan, habits)
             size = (what.distance if kind == "outside" else min((s or 0.0 for s in what.sizes), default=PLAIN)) or 0.0

@@ -20,7 +20,7 @@ from belt_sim.results.words import join_words
 from belt_sim.show import style
 from belt_sim.show.report import BLIND_TESTS
 from belt_sim.show.style import AFTER, FAINT
-from belt_sim.virtual_rig.hidden import ALIKE
+from belt_sim.virtual_rig.hidden import LOOKALIKE_REMAINDER
 from studies.challenge.registry import OWN
 from studies.challenge.score import CRASH, STOPS, HeldBack, ScoredCase, score_case
 from studies.challenge.targets import (
@@ -265,8 +265,8 @@ def _outcomes(cases: Sequence[ScoredCase]) -> str:
     """In how many campaigns the unknown was told, imitated, told as something else or overlooked; stops, crashes."""
     count = Counter(STOPS if f.verdict == STOPS else f.outcome for f in cases)
     return (
-        f"Something unknown was told in {count['right']}; names that imitate it to less than {ALIKE:g} units of noise "
-        f"in {count['lookalike']}; other names in {count['wrong']}; {count[STOPS]} ended with a doubt of the "
+        f"Something unknown was told in {count['right']}; names that imitate it to less than {LOOKALIKE_REMAINDER:g} units "
+        f"of noise in {count['lookalike']}; other names in {count['wrong']}; {count[STOPS]} ended with a doubt of the "
         f"sheet; nothing in {count['missed']}; {count[CRASH]} crashed."
     )
 

@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Any
 
 from belt_sim.units import MM
-from belt_sim.virtual_rig.hidden import ALIKE
+from belt_sim.virtual_rig.hidden import LOOKALIKE_REMAINDER
 
 #: what the finder calls a place -> what the generator does; {} is tail, head or both
 _PLACES = {
@@ -309,7 +309,7 @@ def outcome_of(f: ScoredCase) -> str:
             return "missed"
         if f.verdict != "explained" and not f.false_names:
             return "right"
-        return "lookalike" if f.named and f.distance is not None and f.distance < ALIKE else "wrong"
+        return "lookalike" if f.named and f.distance is not None and f.distance < LOOKALIKE_REMAINDER else "wrong"
     if f.kind in ("dirty", "mistake"):
         return "crash" if f.verdict == "crash" else "right" if f.caught else "wrong"
     return _naming(f)

@@ -4,7 +4,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign
 from belt_sim.space import Options
-from belt_sim.virtual_rig.hidden import SIZES, Detectability, HiddenFaults, random_fault, scale_to_size
+from belt_sim.virtual_rig.hidden import LIBRARY_SIZES, Detectability, HiddenFaults, random_fault, scale_to_size
 from belt_sim.virtual_rig.make import Truth, check_seed
 from belt_sim.virtual_rig.plan import Plan, grid
 from belt_sim.virtual_rig.space import (
@@ -60,7 +60,7 @@ def space_setting(seed: int) -> tuple[str, HiddenFaults]:
     fault = random_fault(name, plan, rng)
     if fault.fixed:
         return base, HiddenFaults(kind="library", faults=(fault,), sizes=(float(detectability.sizes([fault])[0]),))
-    fault, size = scale_to_size(detectability, fault, float(rng.choice(SIZES[1:])))
+    fault, size = scale_to_size(detectability, fault, float(rng.choice(LIBRARY_SIZES[1:])))
     return base, HiddenFaults(kind="library", faults=(fault,), sizes=(size,))
 
 

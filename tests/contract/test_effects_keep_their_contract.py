@@ -13,7 +13,7 @@ from belt_sim.effects.base import Effect, library
 from belt_sim.effects.span import SagRoll
 from belt_sim.jax_setup import least_effort
 from belt_sim.line import span as span_law
-from belt_sim.line.hooks import HOOKS, LAWS, indicate, uses
+from belt_sim.line.hooks import HOOKS, LAW_NAMES, indicate, uses
 from belt_sim.line.influence import Bend, BoundaryValues
 from belt_sim.line.march import march_case, march_traced
 from belt_sim.line.runup import Contact, Reading, RunOff, RunUp, State, Yaw
@@ -200,7 +200,7 @@ def _derivative(curves):
 
 @pytest.mark.parametrize("cls", EFFECTS, ids=IDS)
 def test_declarations_are_complete(cls):
-    assert cls.law in LAWS
+    assert cls.law in LAW_NAMES
     assert cls.reference
     assert not cls.__doc__.startswith(f"{cls.__name__}("), "say the physics: this is what dataclass writes by itself"
     for name, p in cls.parameters.items():

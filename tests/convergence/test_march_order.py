@@ -7,13 +7,13 @@ import pytest
 from paper_cases import RECORDS, YAW, affected, marched, paper_case, steered
 
 from belt_sim.case import Schedule
-from belt_sim.line.march import STEP, march_case
+from belt_sim.line.march import MARCH_STEP, march_case
 from belt_sim.model import analytic_model
 
 READ_AT = 16.0  # [m], where marches of different lengths, and so of different steps, are compared
 LENGTHS = (20, 10, 5, 1)  # in units of READ_AT: steps of 160, 80, 40 mm, and of 8 mm for the truth
 ORDER = 0.3  # errors are no smooth power: the wrapped arc and the yaw change fall between steps
-AT_1_M = 2e-4  # what STEP promises of y_1 at 1 m, against itself
+AT_1_M = 2e-4  # what MARCH_STEP promises of y_1 at 1 m, against itself
 WOBBLE = 5e-3  # of y of the run-ups: the trapezoidal rule alone would leave 3 % of each swing
 
 UNEQUAL = replace(paper_case(10).rig, head_radius=0.25, tail_radius=0.12)
@@ -52,7 +52,7 @@ def test_the_default_step_keeps_its_promise():
     mine = march_case(case, analytic_model("strip"), travel=10.0)
     assert mine.y[0, 10] == pytest.approx(fine.y[0, 10], rel=AT_1_M)
     assert mine.travel[10] == pytest.approx(1.0)
-    assert STEP < 0.1
+    assert MARCH_STEP < 0.1
 
 
 def test_a_wobble_is_right_in_the_steps_of_a_fit():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from virtual_bench import ARC, SPAN, YAW, measured, plan_of
 
-from belt_sim.virtual_rig.hidden import SPAN as NAMES
+from belt_sim.virtual_rig.hidden import SPAN_FAULTS as NAMES
 from belt_sim.virtual_rig.hidden import UNMODELLED, fault_class
 from belt_sim.virtual_rig.line import DOUBLINGS, Sections
 from belt_sim.virtual_rig.march import TrueErrors, true_line

@@ -6,9 +6,9 @@ from scipy.integrate import cumulative_trapezoid
 from virtual_bench import ARC, SPAN, YAW, late_rate, measured, plan_of
 
 from belt_sim.virtual_rig.faults import (
-    DECAY,
-    FIRST,
-    HARMONICS,
+    FIRST_HARMONIC,
+    PROFILE_DECAY,
+    PROFILE_HARMONICS,
     BuildUpFault,
     PulleyDeflectionFault,
     SensorDelayFault,
@@ -106,9 +106,9 @@ def test_a_late_reading_shows_the_past_at_every_point():
 def test_edges_are_drawn_with_the_measured_spectrum():
     plan, rng = plan_of(), np.random.default_rng(0)
     edges = [vars(random_fault("edge_profile", plan, rng)) for _ in range(300)]
-    order = np.arange(1, HARMONICS + 1)
+    order = np.arange(1, PROFILE_HARMONICS + 1)
     squares = [np.mean([e[f"cos{k}"] ** 2 + e[f"sin{k}"] ** 2 for e in edges]) for k in order]
     slope, level = np.polyfit(np.log(order), np.log(squares) / 2, 1)
-    assert slope == pytest.approx(-DECAY, abs=0.05)
-    assert np.exp(level) == pytest.approx(np.sqrt(2) * FIRST, rel=0.1)
+    assert slope == pytest.approx(-PROFILE_DECAY, abs=0.05)
+    assert np.exp(level) == pytest.approx(np.sqrt(2) * FIRST_HARMONIC, rel=0.1)
     assert 0.3e-3 < np.sqrt(np.sum(squares) / 2) < 0.6e-3  # [m]; 0.49 mm measured

@@ -8,18 +8,18 @@ import pytest
 from belt_sim.errors import InputError
 from belt_sim.virtual_rig import Noise, random_campaign
 from belt_sim.virtual_rig.hidden import (
-    BLIND,
-    DEVELOPMENT,
+    BLIND_FAULTS,
+    DEVELOPMENT_FAULTS,
+    LIBRARY_SIZES,
     MIX,
     OUTSIDE,
     RANDOM_LIBRARY,
-    SIZES,
     UNMODELLED,
     Detectability,
     LibrarySignatures,
     fault_from_spec,
 )
-from belt_sim.virtual_rig.make import KINDS, POOL, plan_by_number, true_noise
+from belt_sim.virtual_rig.make import MACHINE_SHARES, POOL, plan_by_number, true_noise
 
 PLANS = [plan_by_number(k) for k in range(POOL)]
 QUICK = min(range(POOL), key=lambda k: len(PLANS[k][1].runs) * PLANS[k][1].length)
@@ -27,7 +27,7 @@ QUICK = min(range(POOL), key=lambda k: len(PLANS[k][1].runs) * PLANS[k][1].lengt
 
 def test_plans_are_of_every_kind_in_their_shares():
     kinds = Counter(kind for kind, _, _ in PLANS)
-    assert {k: pytest.approx(n / POOL, abs=0.03) for k, n in kinds.items()} == KINDS
+    assert {k: pytest.approx(n / POOL, abs=0.03) for k, n in kinds.items()} == MACHINE_SHARES
 
 
 def test_plans_are_as_wide_as_they_are_said_to_be():
@@ -93,7 +93,7 @@ def test_the_same_seed_makes_the_same_campaign(kind):
     assert len(first.effects) == {"library": 1, "two": 2}[kind]
     for effect in first.effects:
         assert effect["id"] in {cls.id for cls in RANDOM_LIBRARY if not cls.part_of}
-        assert min(abs(effect["d"] - d) for d in SIZES) < 0.2 * effect["d"]
+        assert min(abs(effect["d"] - d) for d in LIBRARY_SIZES) < 0.2 * effect["d"]
     for a, b in zip(one.runs, two.runs, strict=True):
         assert all(np.array_equal(a.signals[n], b.signals[n]) for n in a.signals)
 
@@ -102,7 +102,7 @@ def test_the_same_seed_makes_the_same_campaign(kind):
 def test_an_unmodelled_fault_has_its_words_and_its_distance(blind):
     _, truth = random_campaign(3, kind="outside", blind=blind, plan=QUICK)
     name = truth.effects[0]["id"]
-    assert name in (BLIND if blind else DEVELOPMENT)
+    assert name in (BLIND_FAULTS if blind else DEVELOPMENT_FAULTS)
     cls = UNMODELLED[name]
     assert (truth.place, truth.variable, truth.form) == (cls.place, cls.variable, cls.form)
     assert 0.8 * OUTSIDE[0] < truth.distance < 1.5 * OUTSIDE[1]

@@ -5,8 +5,7 @@ import pytest
 from virtual_bench import ARC, SPAN, YAW, measured, plan_of
 from virtual_bench import late_rate as rate
 
-from belt_sim.virtual_rig.hidden import BLIND, DEVELOPMENT, UNMODELLED, fault_class
-from belt_sim.virtual_rig.hidden import SPAN as SPAN_FAULTS
+from belt_sim.virtual_rig.hidden import BLIND_FAULTS, DEVELOPMENT_FAULTS, SPAN_FAULTS, UNMODELLED, fault_class
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import TEST_BELT, RunSetting
 
@@ -29,10 +28,10 @@ def change(name: str, parameters: dict, **run) -> tuple[np.ndarray, np.ndarray]:
 
 
 def test_there_are_blind_ones_for_every_place_and_each_has_its_words():
-    assert len(BLIND) >= 14
+    assert len(BLIND_FAULTS) >= 14
     assert len(SPAN_FAULTS) >= 8
-    assert sorted([*BLIND, *DEVELOPMENT, *SPAN_FAULTS]) == sorted(UNMODELLED)
-    assert {UNMODELLED[name].place for name in BLIND + SPAN_FAULTS} >= set(PLACES.split())
+    assert sorted([*BLIND_FAULTS, *DEVELOPMENT_FAULTS, *SPAN_FAULTS]) == sorted(UNMODELLED)
+    assert {UNMODELLED[name].place for name in BLIND_FAULTS + SPAN_FAULTS} >= set(PLACES.split())
     for cls in UNMODELLED.values():
         assert cls.place in PLACES.split()
         for variable, form in ((cls.variable, cls.form), *cls.also):
