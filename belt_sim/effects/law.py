@@ -200,9 +200,9 @@ def _derived() -> Any:
 class Place:
     """A place at which physics can be missing.
 
-    kind: of PLACE_KINDS; where: tail, head (of a span: it runs up that pulley), both, carried (both, as the belt carries
-    it), upper, lower, the name of a sensor, all; sensors: names of those that show what acts there, and their points, 1 to 4
-    (0: of a sensor of tilt, which shows what a change of a span does to its roll).
+    kind: of PLACE_KINDS; where: tail, head (of a span: it runs up that pulley), both, carried (both, as the belt
+    carries it), upper, lower, the name of a sensor, all; sensors: names of those that show what acts there, and their
+    points, 1 to 4 (0: of a sensor of tilt, which shows what a change of a span does to its roll).
 
     name, words: the place in one word, and in several; unit: of what acts there; relative: what its input is a relative
     change of (tension, bending or torsion; empty: of nothing); points: of the sensors whose reading it is; parts: its
