@@ -265,9 +265,9 @@ def _outcomes(cases: Sequence[ScoredCase]) -> str:
     """In how many campaigns the unknown was told, imitated, told as something else or overlooked; stops, crashes."""
     count = Counter(STOPS if f.verdict == STOPS else f.outcome for f in cases)
     return (
-        f"Something unknown was told in {count['right']}; names that imitate it "
-        f"to less than {LOOKALIKE_REMAINDER:g} units of noise in {count['lookalike']}; other names in {count['wrong']}; {count[STOPS]} ended with a doubt of the "
-        f"sheet; nothing in {count['missed']}; {count[CRASH]} crashed."
+        f"Something unknown was told in {count['right']}; names that imitate it to less than {LOOKALIKE_REMAINDER:g} "
+        f"units of noise in {count['lookalike']}; other names in {count['wrong']}; {count[STOPS]} ended with a doubt "
+        f"of the sheet; nothing in {count['missed']}; {count[CRASH]} crashed."
     )
 
 
