@@ -21,7 +21,7 @@ from belt_sim.virtual_rig.hidden import (
     DEVELOPMENT_FAULTS,
     OUTSIDE,
     REACHED,
-    SPAN,
+    SPAN_FAULTS,
     Detectability,
     HiddenFaults,
     damage,
@@ -99,10 +99,10 @@ def start_anywhere(plan: Plan, rng: np.random.Generator) -> Plan:
 
 
 def random_span_campaign(seed: int) -> tuple[Campaign, Truth]:
-    """One campaign in which a span is another than the sheet says: a fault of ``SPAN``, on any plan."""
+    """One campaign in which a span is another than the sheet says: a fault of ``SPAN_FAULTS``, on any plan."""
     streams, which = random_streams(check_seed(seed)), np.random.default_rng([seed, 1])
     base = random_base(which)
-    return draw_campaign(seed, streams, base, lambda: _any_plan(which), kind="outside", unmodelled=SPAN)
+    return draw_campaign(seed, streams, base, lambda: _any_plan(which), kind="outside", unmodelled=SPAN_FAULTS)
 
 
 def _any_plan(rng) -> tuple[str, Plan, Noise]:
@@ -329,7 +329,7 @@ def plant_span_campaign(seed: int) -> tuple[Campaign, Truth]:
             continue
         noise = true_noise(plan, stated, streams[1])
         shown = cache(lambda plan=plan, noise=noise: Detectability(plan, noise, _BASE))
-        drawn = SPAN if trial > _PLANT_TRIES // 2 else (SPAN[seed % len(SPAN)],)
+        drawn = SPAN_FAULTS if trial > _PLANT_TRIES // 2 else (SPAN_FAULTS[seed % len(SPAN_FAULTS)],)
         what = random_hidden(plan, shown, _BASE, streams[0], kind="outside", unmodelled=drawn)
         if best is None or (what.distance or 0.0) > best[0]:
             best = what.distance or 0.0, (plan, plan, 0.0, None, habits, what, noise)
