@@ -215,7 +215,8 @@ class SpaceRun:
         joints, slides = np.split(laid_coordinates(scene, *self.laid.pulleys.pose.spin), [STATION_JOINTS])
         slides, at_rest[0], at_rest[8] = slides.reshape(scene.mesh.rest.shape), -scene.early, math.inf
         motion = joints, np.zeros_like(joints), slides, np.zeros_like(slides)
-        carried: Any = self.begin, None, np.zeros(24)
+        # where ``between_steps`` leaves it as well, which is compiled anew for a vector that stands elsewhere
+        carried: Any = in_float64(jax.device_put)(self.begin, self.fixed.sharding), None, np.zeros(24)
         state = NativeState(*motion, self.unpack[1], at_rest, *carried)
         self._carry(state, first)
         return state
