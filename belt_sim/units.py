@@ -122,6 +122,12 @@ def round_digits(value: float, digits: int) -> float:
     return float(f"{value:.{digits}g}")
 
 
+def two_digits(value: float) -> float:
+    """A number above 0, cut to two digits."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return float(f"{unit * math.floor(value / unit):.2g}")
+
+
 def unit_named(text: str) -> str | None:
     """The unit that a text names; None when it names none, or two (mPa is a thousandth of a Pa and a slip for MPa)."""
     text = text.strip().strip("[](){}<>").strip()

@@ -18,7 +18,7 @@ from belt_sim.errors import InputError, finite, flag
 from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, understand, write
 from belt_sim.importing.columns import DRAWING, span_of
 from belt_sim.importing.mapping import mapping_of
-from belt_sim.importing.sheets import PLAN_COLUMNS, plan_for, plan_rows, template, tensions_for, travel_for, yaw_for
+from belt_sim.importing.sheets import PLAN_COLUMNS, plan_for, plan_rows, template, travel_for
 from belt_sim.io import write_text
 from belt_sim.results.words import Table
 from belt_sim.settings import BOUNDS, belt_from, rig_from
@@ -39,16 +39,13 @@ def new_campaign(folder: Path, config: Mapping[str, Any]) -> Campaign:
         return list(dict.fromkeys(finite(name, v, unit, remedy, lambda x: 0.0 < x <= most) for v in asked))
 
     rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
-    if config["tensions"] is None:
-        tensions = tensions_for(rig, belt)
-    else:
-        tensions = sorted(numbers("tensions", config["tensions"], "N/mm2", BOUNDS["tension"].high))
-    if config["yaw"] is None:
-        yaw = yaw_for(rig, belt, tensions)
-    else:
-        yaw = numbers("yaw", [config["yaw"]], "degrees", BOUNDS["yaw"].high / 2.0)[0]
+    tensions, yaw = config["tensions"], config["yaw"]
+    if tensions is not None:
+        tensions = sorted(numbers("tensions", tensions, "N/mm2", BOUNDS["tension"].high))
+    if yaw is not None:
+        yaw = numbers("yaw", [yaw], "degrees", BOUNDS["yaw"].high / 2.0)[0]
     travel = travel_for(rig)
-    planned = plan_for(tensions, yaw, numbers("speed", [config["speed"]], "m/s", 25.0)[0])
+    planned = plan_for(rig, belt, numbers("speed", [config["speed"]], "m/s", 25.0)[0], tensions, yaw)
     places = config["signals"] if isinstance(config["signals"], list) else [config["signals"]]
     campaign = template(folder, rig, belt, planned, [str(p) for p in places], travel, str(config["title"]))
     title = f"Runs to measure, {travel:g} m each"

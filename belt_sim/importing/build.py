@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 import yaml
-from pydantic import BaseModel
 
 from belt_sim.campaign import Campaign, CampaignError, write_campaign
 from belt_sim.campaign.types import BeltSheet, Machine, Source, kind_at, shortlist
@@ -23,7 +22,7 @@ from belt_sim.importing.columns import (
 )
 from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, MappingEntry, Question, ask, mapping_of
 from belt_sim.importing.runs import RANGES, TIME_COLUMN, AssembledRun, Section, find_runs, runs_on_one_grid
-from belt_sim.importing.sheets import NoiseRead, flow_text, machine_and_belt, settings_of, sheet_text, signals_of
+from belt_sim.importing.sheets import NoiseRead, flow_text, machine_belt_and_settings, sheet_text, signals_of
 from belt_sim.units import N_PER_MM2, NAMES, UNITS
 
 
@@ -60,7 +59,7 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     tables = resolve_columns(logged, entry)
     used = tuple(c for table in tables for c in table.columns)
     missing, unknown = column_questions(logged, tables)
-    machine, belt, remarks, about_sheet = machine_and_belt(entry)
+    machine, belt, settings, remarks, about_sheet = machine_belt_and_settings(entry)
     missing += about_sheet
     width, thickness = (belt.width.value, belt.thickness.value) if belt else (float("nan"), float("nan"))
     section = Section(width * thickness, thickness)
@@ -93,7 +92,6 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
         )
         missing.append(ask("trust", role="y0", what=f"{what} of the pulleys", it="y0, or middle,"))
     signals, noise, of_signals = signals_of(runs, used, machine.centre_distance.value if machine else 10.0)
-    settings, of_settings = settings_of(entry)
     campaign = None
     if not missing and machine is not None and belt is not None:
         campaign = Campaign(
@@ -113,7 +111,7 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
         campaign=campaign,
         mapping=mapping_used(entry, used, made, step),
         noise=noise,
-        comments=remarks | of_signals | of_settings,
+        comments=remarks | of_signals,
         notes=tuple(notes + more),
     )
 
@@ -195,22 +193,24 @@ def write(proposal: Proposal, folder: str | Path, *, overwrite: bool = False) ->
 
 # ---- the mapping as it was used
 
+_STATED: dict[str, Any] = {"mode": "json", "by_alias": True, "exclude_unset": True, "exclude_none": True}
+
 
 def mapping_used(
     entry: MappingEntry, used: tuple[Column, ...], made: list[AssembledRun], step: float
 ) -> dict[str, Any]:
     """The mapping with all that was recognised, so that the import can be repeated: plain data for ``understand``."""
-    stated = _plain(entry)
+    stated = entry.model_dump(**_STATED)
     columns: dict[str, Any] = {}
     for u in used:
         name = u.signal if u.at else ""
         seen = {"role": u.role, "unit": "" if u.unit_is_guess else u.unit, "at": u.at, "name": name}
-        own = {k: v for k, v in seen.items() if v} | _plain(u.entry)
+        own = {k: v for k, v in seen.items() if v} | u.entry.model_dump(**_STATED)
         columns.setdefault(u.name, own)
     runs: dict[str, Any] = {}
     for run in made:
         known = {k: s.text for k, s in run.settings.items() if s.text and getattr(entry.all_runs, k, None) is None}
-        runs[run.key] = known | _plain(run.entry)
+        runs[run.key] = known | run.entry.model_dump(**_STATED)
     for name, run_entry in stated.get("runs", {}).items():
         runs.setdefault(name, run_entry)
     out = {"schema": MAPPING_SCHEMA} | stated | {"columns": columns, "runs": {k: own for k, own in runs.items() if own}}
@@ -218,10 +218,6 @@ def mapping_used(
         out["step_m"] = f"{step:g}"
     order = [name.rstrip("_") for name in MappingEntry.model_fields]
     return {k: out[k] for k in order if k in out and out[k] not in (None, {})}
-
-
-def _plain(entry: BaseModel) -> dict[str, Any]:
-    return entry.model_dump(mode="json", by_alias=True, exclude_unset=True, exclude_none=True)
 
 
 _HEAD = """\

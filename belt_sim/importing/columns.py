@@ -463,7 +463,11 @@ def _use_one(role: str, same: list[int], columns: list[Column], use: str, notes:
 
 
 def _resolve(column: Column, taken: list[str]) -> Column:
-    """A column as its entry of the mapping states it, else as proposed; taken: names of other signals."""
+    """A column as its entry of the mapping states it, else as proposed; taken: names of other signals.
+
+    Its unit is as stated; as proposed, where it is of a kind that fits; else the usual one of that kind; "" where the
+    file states one that is not known or of another kind.
+    """
     where, entry = f"columns.{column.name}", column.entry
     role = entry.role or ("signal" if entry.at else column.role) or "ignore"
     at = (entry.at or column.at) if role == "signal" else ""
@@ -473,13 +477,27 @@ def _resolve(column: Column, taken: list[str]) -> Column:
         raise InputError(f"{where}.at", at, "", f"{did_you_mean(at, PLACES)}, or {ELSEWHERE_EXAMPLE}")
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
-    if not ROLES[role].dimensions:
+    if not (kinds := kinds_of_unit(role, at)):
         return replace(column, role=role, unit="", at="", asked="")
-    scaled = scaled_unit(entry.unit) if entry.unit else None
+
+    own, unit = (scaled_unit(entry.unit) if entry.unit else None) or (1.0, entry.unit)
     if _is_stroke(column, role):
-        scaled = UNITS[column.stated_unit][1], "rad"  # after entry.factor, 1/lever
-    own, unit = scaled or (1.0, _unit(column, role, _dimensions(role, at)))
-    unit = unit_of(unit, _dimensions(role, at), f"{where}.unit") if scaled else unit
+        own, unit = UNITS[column.stated_unit][1], "rad"  # after entry.factor, 1/lever
+    usual, fitting = USUAL_UNITS[kinds[0]], [u for u in (column.stated_unit, column.unit) if u and u in UNITS]
+    fitting = [u for u in fitting if UNITS[u][0] in kinds and (column.is_certain or entry.axis is None)]
+    if unit is not None:
+        unit = unit_of(unit, kinds, f"{where}.unit")
+    elif fitting:
+        unit = fitting[0]
+    elif entry.axis is not None or kinds == ("number",):  # of pixels no unit can be guessed
+        unit = "m" if entry.role == "travel" else usual
+    elif not (ROLES[role].units or column.stated_unit):
+        unit = usual
+    elif column.stated_unit or column.role == role:
+        unit = ""
+    else:
+        unit = _only_unit(column, TILT if kinds == ("angle",) and role == "signal" else ROLES[role])[0]
+
     signal = ""
     if role == "signal":  # y1 to y4 and tilt by place; a second one of a place gets a letter
         base = SIGNAL_NAMES.get(at, "y")
@@ -499,28 +517,10 @@ def _is_stroke(column: Column, role: str) -> bool:
     return role in ("yaw", "yaw_head") and column.entry.unit is None and is_length
 
 
-def _dimensions(role: str, at: str) -> tuple[str, ...]:
+def kinds_of_unit(role: str, at: str) -> tuple[str, ...]:
     """Kinds of unit that a column may have: of a signal whose place is known, one."""
     kind = kind_at(at)
     return (SIGNAL_DIMENSION[kind],) if kind else ROLES[role].dimensions
-
-
-def _unit(column: Column, role: str, kinds: tuple[str, ...]) -> str:
-    """The unit: as stated; as proposed, when it is of a kind that fits; else the usual one of that kind; "" where the
-    file states one that is not known or of another kind."""
-    entry = column.entry
-    if entry.unit is not None:
-        return unit_of(entry.unit, kinds, f"columns.{column.name}.unit")
-    for own in (column.stated_unit, column.unit):
-        if own and own in UNITS and UNITS[own][0] in kinds and (column.is_certain or entry.axis is None):
-            return own  # of pixels no unit can be guessed
-    if entry.axis is not None or kinds == ("number",):
-        return "m" if entry.role == "travel" else USUAL_UNITS[kinds[0]]
-    if not (ROLES[role].units or column.stated_unit):
-        return USUAL_UNITS[kinds[0]]
-    if column.stated_unit or column.role == role:
-        return ""
-    return _only_unit(column, TILT if kinds == ("angle",) and role == "signal" else ROLES[role])[0]
 
 
 def rises(column: Column) -> bool:
@@ -542,10 +542,30 @@ DRAWING = """\
 def column_questions(logged: LoggedTables, used: list[LoggedTable]) -> tuple[list[Question], list[Question]]:
     """Questions that must be answered, and those about columns that are left out as long as nobody answers.
 
-    used: the tables of ``logged`` as resolved.
+    used: the tables of ``logged`` as resolved. Raises CampaignError for a record without any number.
     """
+    found: list[Question] = []
+    for table in used:
+        found += [ask("place", name=c.name) for c in table.columns if c.role == "signal" and not c.at]
+        found += [question for column in table.columns for question in _open_questions(column, table)]
+        if table.kind != "record":
+            continue
+        # a record cannot do without these roles
+        roles, file = {c.role for c in table.columns}, table.file.name
+        numbers = [c for c in table.columns if not c.is_text and c.role == "ignore"]
+        if not roles & {"time", "travel"}:
+            first = next(iter((*filter(rises, numbers), *numbers)), None)
+            if first is None:
+                remedy = "no column holds numbers that could be time or travel; give the log as numbers"
+                raise refusal(table.file, remedy, name="columns", value=", ".join(c.name for c in table.columns))
+            numbers = [c for c in numbers if c.name != first.name]
+            is_length = UNITS.get(first.stated_unit, ("",))[0] == "length"
+            options = ("travel", "time") if is_length else ("time", "travel")
+            found.append(ask("time_or_travel", options, name=first.name, file=file))
+        if "signal" not in roles and numbers:
+            found.append(ask("signal", name=numbers[0].name, file=file))
     missing: dict[tuple[str, ...], Question] = {}
-    for question in (q for table in used for q in _missing(table)):
+    for question in found:
         missing.setdefault(question.path, question)
     asked, unknown = {path[1] for path in missing}, dict[str, Question]()
     options = (*PLACES, *(r for r in ROLES if not r.startswith(("signal", "rate", "u_rate"))))
@@ -569,71 +589,50 @@ def span_of(column: Column) -> str:
     return f"{shown[0]:.6g} to {shown[1]:.6g} {column.unit}".removesuffix(" 1")
 
 
-def _missing(table: LoggedTable) -> Iterator[Question]:
-    """Places of signals, units that the file states but that are not known or do not go with the role, and roles that a
-    record cannot do without."""
-    yield from (ask("place", name=c.name) for c in table.columns if c.role == "signal" and not c.at)
-    for column in table.columns:
-        words: dict[str, Any] = {"name": column.name, "role": column.role, "file": table.file.name}
-        words |= {"span": span_of(column), "stated": column.stated_unit}
-        if column.asked and column.role != "ignore":
-            say = {}
-            for answer, values in column.readings.items():
-                first, last = values[np.isfinite(values)][[0, -1]]
-                say[answer] = f"{first:.10g} to {last:.10g}" + " s" * (column.asked == "time")
-                if column.asked == "date":
-                    say[answer] = " to ".join(str(np.datetime64(int(x), "s")).replace("T", " ") for x in (first, last))
-            shown = "; ".join(f"{answer} makes it {text}" for answer, text in say.items())
-            yield ask(column.asked, [*say], cell=column.first_cell, shown=shown, **words)
-        remark = _SIGN.search(column.name)
-        if remark and column.role in ("signal", "yaw", "yaw_head") and "sign" not in column.entry.model_fields_set:
-            yield ask("sign", remark=remark.group().strip(" ()[],;"), **words)
-        if _is_stroke(column, column.role) and "factor" not in column.entry.model_fields_set:
-            yield ask("lever", **words)
-        if column.open_use:
-            shown = "; ".join(f"{c.name}: {span_of(c)}" for c in table.columns if c.name in column.open_use)
-            more = OF_SEVERAL.get(column.role, ())
-            several = f", or is it their {' or '.join(more)}" if more else ""
-            several += " (a force is that of one strand; an axle bears two: factor: 0.5)" if "sum" in more else ""
-            yield ask("use", (*column.open_use, *more), shown=shown, several=several, **words)
-        if column.is_lost and not column.entry.role:
-            yield ask("texts", cell=quote(next(filter(None, column.labels))), **words)
-        kinds = _dimensions(column.role, column.at)
-        if kinds and not column.unit:
-            there = column.numbers
-            words["numbers"] = f" ({there[0]:.6g} to {there[-1]:.6g})" if len(there) else ""
-            stated, usual, units = column.stated_unit, USUAL_UNITS[kinds[0]], [u for u in NAMES if UNITS[u][0] in kinds]
-            scaled = scaled_unit(stated) if stated else None
-            if scaled and UNITS[scaled[1]][0] in kinds:
-                yield ask("unit_or_step", (stated, scaled[1]), unit=scaled[1], **words)
-            elif stated:
-                yield ask("unit_unknown", units, usual, kinds=" or ".join(kinds), **words)
-            else:
-                yield ask("unit", units, usual, **words)
-        if (
-            column.role != "tension"
-            or UNITS.get(column.unit, ("",))[0] != "force"
-            or "factor" in column.entry.model_fields_set
-        ):
-            continue
+def _open_questions(column: Column, table: LoggedTable) -> Iterator[Question]:
+    """What is open about a column: readings between which nothing decides, its sign, which of several is meant, and a
+    unit that the file states but that is not known or does not go with the role."""
+    words: dict[str, Any] = {"name": column.name, "role": column.role, "file": table.file.name}
+    words |= {"span": span_of(column), "stated": column.stated_unit}
+    stated, entry = column.stated_unit, column.entry
+    if column.asked and column.role != "ignore":
+        say = {}
+        for answer, values in column.readings.items():
+            first, last = values[np.isfinite(values)][[0, -1]]
+            say[answer] = f"{first:.10g} to {last:.10g}" + " s" * (column.asked == "time")
+            if column.asked == "date":
+                say[answer] = " to ".join(str(np.datetime64(int(x), "s")).replace("T", " ") for x in (first, last))
+        shown = "; ".join(f"{answer} makes it {text}" for answer, text in say.items())
+        yield ask(column.asked, [*say], cell=column.first_cell, shown=shown, **words)
+    remark = _SIGN.search(column.name)
+    if remark and column.role in ("signal", "yaw", "yaw_head") and "sign" not in entry.model_fields_set:
+        yield ask("sign", remark=remark.group().strip(" ()[],;"), **words)
+    if _is_stroke(column, column.role) and "factor" not in entry.model_fields_set:
+        yield ask("lever", **words)
+    if column.open_use:
+        shown = "; ".join(f"{c.name}: {span_of(c)}" for c in table.columns if c.name in column.open_use)
+        more = OF_SEVERAL.get(column.role, ())
+        several = f", or is it their {' or '.join(more)}" if more else ""
+        several += " (a force is that of one strand; an axle bears two: factor: 0.5)" if "sum" in more else ""
+        yield ask("use", (*column.open_use, *more), shown=shown, several=several, **words)
+    if column.is_lost and not entry.role:
+        yield ask("texts", cell=quote(next(filter(None, column.labels))), **words)
+    if (kinds := kinds_of_unit(column.role, column.at)) and not column.unit:
+        there = column.numbers
+        words["numbers"] = f" ({there[0]:.6g} to {there[-1]:.6g})" if len(there) else ""
+        usual, units = USUAL_UNITS[kinds[0]], [u for u in NAMES if UNITS[u][0] in kinds]
+        scaled = scaled_unit(stated) if stated else None
+        if scaled and UNITS[scaled[1]][0] in kinds:
+            yield ask("unit_or_step", (stated, scaled[1]), unit=scaled[1], **words)
+        elif stated:
+            yield ask("unit_unknown", units, usual, kinds=" or ".join(kinds), **words)
+        else:
+            yield ask("unit", units, usual, **words)
+    is_force = column.role == "tension" and UNITS.get(column.unit, ("",))[0] == "force"
+    if is_force and "factor" not in entry.model_fields_set:
         name = plain(column.name)
+        sides = [c for c in table.columns if _ONE_SIDE.sub(" ", plain(c.name)) == _ONE_SIDE.sub(" ", name)]
         if _OF_TWO.search(name):
             yield ask("both_strands", **words)
-        sides = [c for c in table.columns if _ONE_SIDE.sub(" ", plain(c.name)) == _ONE_SIDE.sub(" ", name)]
         if _ONE_SIDE.search(name) and len(sides) < 2:
             yield ask("one_side", **words)
-    if table.kind != "record":
-        return
-    roles, file = {c.role for c in table.columns}, table.file.name
-    numbers = [c for c in table.columns if not c.is_text and c.role == "ignore"]
-    if not roles & {"time", "travel"}:
-        first = next(iter((*filter(rises, numbers), *numbers)), None)
-        if first is None:
-            remedy = "no column holds numbers that could be time or travel; give the log as numbers"
-            raise refusal(table.file, remedy, name="columns", value=", ".join(c.name for c in table.columns))
-        numbers = [c for c in numbers if c.name != first.name]
-        is_length = UNITS.get(first.stated_unit, ("",))[0] == "length"
-        options = ("travel", "time") if is_length else ("time", "travel")
-        yield ask("time_or_travel", options, name=first.name, file=file)
-    if "signal" not in roles and numbers:
-        yield ask("signal", name=numbers[0].name, file=file)

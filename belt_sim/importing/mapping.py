@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, NamedTuple
 
 import numpy as np
 import yaml
-from pydantic import AfterValidator, BeforeValidator, ValidationError, model_validator
+from pydantic import AfterValidator, BeforeValidator, ValidationError
 
 from belt_sim.campaign.sheet import REMEDIES_BY_TYPE, Entry, MarkedYaml, SourceEntry, parse, validation_problem
 from belt_sim.campaign.types import CampaignError, Problem, did_you_mean, place_text, refusal
@@ -103,6 +103,8 @@ _SIGN = "must be 1 or -1; a factor has a key of its own, factor: 0.001"
 RoleName = Annotated[str, _must("role", ROLES.__contains__, lambda name: did_you_mean(name, ROLES))]
 Sign = Annotated[float, _must("sign", lambda sign: abs(sign) == 1.0, _SIGN)]
 Factor = Annotated[float, _must("factor", lambda factor: 1e-12 <= abs(factor) <= 1e12, _FACTOR)]
+_MARKS = "give two different marks: pixel: [80, 680], value: [0, 25]"
+Marks = Annotated[tuple[float, float], _must("", lambda marks: marks[0] != marks[1], _MARKS)]
 Zone = Annotated[str, _must("zone", lambda zone: zone_seconds(zone) == zone_seconds(zone), "write it as Z or +02:00")]
 
 
@@ -127,15 +129,9 @@ class WanderMapping(Entry):
 class AxisEntry(Entry):
     """Two marks of an axis of a digitised picture; u: one sigma of reading it, in pixels."""
 
-    pixel: tuple[float, float]
-    value: tuple[float, float]
+    pixel: Marks
+    value: Marks
     u: float = 1.0
-
-    @model_validator(mode="after")
-    def _two_marks(self) -> "AxisEntry":
-        if self.pixel[0] == self.pixel[1] or self.value[0] == self.value[1]:
-            raise InputError("axis", "one mark", "", "give two different marks: pixel: [80, 680], value: [0, 25]")
-        return self
 
 
 class ColumnEntry(Entry):
@@ -197,24 +193,36 @@ class MappingEntry(Entry):
 
 def mapping_of(stated: Any) -> MappingEntry:
     """The mapping from plain data, a YAML file, or None; raises CampaignError naming line, key and remedy."""
-    if stated is None:
-        return MappingEntry()
-    if isinstance(stated, MappingEntry):
-        return stated
+    if stated is None or isinstance(stated, MappingEntry):
+        return stated or MappingEntry()
+    file, problems = "mapping", list[Problem]()
     if isinstance(stated, AnyMapping):
-        return _validate(_as_text(stated), MarkedYaml(None), "mapping")
-    path, problems = Path(stated), list[Problem]()
-    try:
-        if path.exists() and not path.is_file():
-            raise ValueError("a pipe or a folder")
-        text = path.read_text(encoding="utf-8-sig")
-    except (OSError, ValueError) as error:
-        cause = getattr(error, "strerror", None) or "not UTF-8 text"
-        raise refusal(path, f"cannot be read ({cause}); name a YAML file, or leave mapping out") from None
-    marked = parse(text, str(path), problems)
+        marked: MarkedYaml | None = MarkedYaml(_as_text(stated))
+    else:
+        path, file = Path(stated), str(Path(stated))
+        try:
+            if path.exists() and not path.is_file():
+                raise ValueError("a pipe or a folder")
+            text = path.read_text(encoding="utf-8-sig")
+        except (OSError, ValueError) as error:
+            cause = getattr(error, "strerror", None) or "not UTF-8 text"
+            raise refusal(path, f"cannot be read ({cause}); name a YAML file, or leave mapping out") from None
+        marked = parse(text, file, problems)
     if problems or marked is None:
         raise CampaignError(problems)
-    return _validate(marked.tree, marked, str(path))
+    if not isinstance(marked.tree, dict):
+        raise refusal(file, f"must be a mapping that begins with schema: {MAPPING_SCHEMA}", line=1)
+    try:
+        return MappingEntry.model_validate(marked.tree)
+    except ValidationError as error:
+        found: dict[tuple[str, ...], Any] = {}
+        for details in error.errors():  # of a union (machine: name or numbers) the one about the numbers
+            location = tuple(str(p) for p in details["loc"])
+            if location[-1:] != ("str",) or len(error.errors()) == 1:
+                found.setdefault(tuple(p for p in location if p not in _NAME_OR_NUMBERS), details)
+    remedies = REMEDIES_BY_TYPE | _OWN_REMEDIES
+    said = (validation_problem(d, path, marked, file, MappingEntry, remedies=remedies) for path, d in found.items())
+    raise CampaignError([*said])
 
 
 def _as_text(value: Any) -> Any:
@@ -227,26 +235,6 @@ def _as_text(value: Any) -> Any:
 #: what pydantic adds to the path of an error in ``machine`` and ``belt``, each a name or numbers
 _NAME_OR_NUMBERS = (MachineMapping.__name__, BeltMapping.__name__, "str")
 _OWN_REMEDIES = {"model_type": "give a name, or a mapping of numbers"}
-
-
-def _validate(tree: Any, marked: MarkedYaml, file: str) -> MappingEntry:
-    if not isinstance(tree, dict):
-        raise refusal(file, f"must be a mapping that begins with schema: {MAPPING_SCHEMA}", line=1)
-    try:
-        return MappingEntry.model_validate(tree)
-    except ValidationError as error:
-        found: dict[tuple[str, ...], Any] = {}
-        for details in error.errors():  # of a union (machine: name or numbers) the one about the numbers
-            path = tuple(str(p) for p in details["loc"])
-            if path[-1:] != ("str",) or len(error.errors()) == 1:
-                path = tuple(p for p in path if p not in _NAME_OR_NUMBERS)
-                found.setdefault(path, details)
-    raise CampaignError(
-        [
-            validation_problem(details, path, marked, file, MappingEntry, remedies=REMEDIES_BY_TYPE | _OWN_REMEDIES)
-            for path, details in found.items()
-        ]
-    )
 
 
 # ---- what is still open

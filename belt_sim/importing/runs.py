@@ -17,17 +17,11 @@ from belt_sim.campaign.types import SteadyRate, did_you_mean, shortlist
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import LoggedTable, Note
 from belt_sim.importing.mapping import DAY, MappingEntry, Question, RunEntry, ask, zone_seconds
+from belt_sim.importing.travel import FEWEST_ROWS, GOES_ON, RESTART, count_on, travel_of
 from belt_sim.units import DEGREE, N_PER_MM2, UNITS, number_of, plain_minus, quantity, round_digits, size_of
 
 #: Column of the time [s] in a record; all others are signals.
 TIME_COLUMN = "time_s"
-#: A run begins anew where time or travel falls back to within this share of where the file began.
-RESTART = 0.05
-FEWEST_ROWS = 3  # rows of a run
-#: A travel that falls back by less than this share of the record is jitter of the encoder.
-JITTER = 2e-3
-#: Share of the speed's median beyond which a speed of the other sign is a reversal.
-REVERSAL = 0.2
 #: setting -> its range, in the unit that a number without one has
 RANGES = {name: bounds for name, bounds, _ in RUN_NUMBERS.values()}
 #: Settings without which a run says nothing.
@@ -38,16 +32,6 @@ STILL = 0.05
 YAW_MOVED = 1e-4
 #: Parts of a run over which a logged tension is averaged, and the sigmas of such a mean by which they must differ.
 TENTHS, MOVES = 10, 6.0
-#: Speed [m/s] below which the belt stands.
-STOPPED = 1e-3
-#: Share of a run's usual speed below which the travel stands, or creeps as a counter does that has come loose.
-CREEPS = 0.01
-#: Steps of a counter within which it must go on where it rolls over, and the numbers [its unit] at which counters do.
-GOES_ON, FULL = 3.0, (*(10.0**k for k in range(1, 8)), *(2.0**k for k in range(8, 33)), 65.536, 32.768)
-#: Usual steps of the clock that are a gap.
-GAP_OF_CLOCK = 20.0
-#: Steps of the travel beyond which a last row is no reading, but a total.
-LAST_ROW_STEPS = 100.0
 #: Quantile of the steps of a signal or a clock, of which it makes fewer than GOES_ON where it goes on.
 USUAL_STEP = 0.95
 #: Digits that a logged setting is rounded to, and those of a place on the belt, of up to 20000 m.
@@ -176,48 +160,6 @@ def _split_runs(table: LoggedTable, mapping: MappingEntry, open_questions: list[
     return found
 
 
-def _count_on(table: LoggedTable) -> LoggedTable:
-    """The table with its travel mended, and told of it: blank where the counter reads one far-off number (0, 1500) for
-    some rows and then goes on from where it was; counted on where it rolls over. A fall to where the file began is a
-    new run."""
-    column = table.column("travel")
-    values = column.values.astype(float) if column is not None and not column.is_text else np.empty(0)
-    there = np.flatnonzero(np.isfinite(values))
-    steps = np.diff(values[there])
-    if column is None or len(steps) < FEWEST_ROWS or np.mean(steps < 0.0) > 0.5 or not np.any(steps > 0.0):
-        return table
-    usual, notes, lost = float(np.median(steps[steps > 0.0])), list(table.notes), list[int]()
-    begins = values[there][1:] <= values[there[0]] + RESTART * np.ptp(values[there])
-    least = JITTER * float(np.ptp(values[there]))
-    away = (begins & (steps < -least)) | (steps > GOES_ON * usual)
-    for k in np.flatnonzero(away).tolist():
-        before, later = values[there[k]], values[there[k + 1 :]]
-        rows = int(np.argmax(later != later[0]))
-        returns = later[0] < before or later[0] - later[rows] > least
-        if rows and returns and 0.0 <= later[rows] - before <= GOES_ON * usual * (rows + 1):
-            lost += (gone := there[k + 1 : k + 1 + rows].tolist())
-            lines, way = shortlist(table.lines[gone]), "drops" if later[0] < before else f"jumps to {later[0]:.6g}"
-            notes.append(Note("", f"{column.name} {way} and comes back: left out (line {lines})"))
-    if steps[-1] > LAST_ROW_STEPS * usual:
-        lost.append(int(there[-1]))
-        notes.append(Note("", f"{column.name} is {values[lost[-1]]:.6g} in the last row, far off all others: left out"))
-    if lost:
-        values = values.copy()
-        values[lost] = np.nan
-        there = np.setdiff1d(there, lost)
-        steps = np.diff(values[there])
-    falls, most = np.flatnonzero(steps < 0.0), values[there].max()
-    at_full = (f for f in FULL if most <= f and len(falls) and np.all(abs(steps[falls] + f - usual) <= GOES_ON * usual))
-    full = next(at_full, 0.0)
-    if full and values[there[0]] - values[there[falls + 1]].max() > GOES_ON * usual:
-        for row in there[falls + 1].tolist():
-            values = values + full * (np.arange(len(values)) >= row)
-            where = f"rolls over at {full:g} {column.unit} (line {table.lines[row]})"
-            notes.append(Note("", f"{column.name} {where}: counted on there"))
-    columns = tuple(replace(c, values=values) if c is column else c for c in table.columns)
-    return replace(table, columns=columns, notes=tuple(notes))
-
-
 def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[Question]) -> list[LoggedTable]:
     """The runs of one table: by its run column, else where the file begins anew, or its time or travel falls back to
     where it began. Where the readings go on over such a fall, whether a new run began is asked."""
@@ -226,7 +168,7 @@ def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[
         of_row = np.array(run.labels, dtype=object)
         labels = dict.fromkeys(label for label in run.labels if label)
         return [replace(table.select_rows(of_row == n), name=run_name(n), label=n) for n in labels]
-    table = _count_on(replace(table, name=run_name(table.name), label=table.name))
+    table = count_on(replace(table, name=run_name(table.name), label=table.name))
     column, restarts, notes = table.column("travel") or table.column("time"), list[int](), list(table.notes)
     values = np.empty(0) if column is None or column.is_text else column.si()
     there = np.flatnonzero(np.isfinite(values))
@@ -283,7 +225,7 @@ def _assemble(
     open_questions: list[Question],
 ) -> AssembledRun | None:
     """One run; None where its travel takes a speed that nobody has told. stated: settings by the mapping."""
-    block = _count_on(block)
+    block = count_on(block)
     named = name_settings(block.label, section)
     speed = (named | stated).get("speed")
     way = travel_of(block, speed.value if speed else None, mapping.format.standstill, open_questions)
@@ -293,7 +235,9 @@ def _assemble(
         raise block.refuse(0, "rows", len(way.keep), "", f"run {block.name} has too few rows with time or travel")
     block = block.select_rows(way.keep)
     logged = yaw_settings(block, way.travel, stated) | column_settings(block, section)
-    known = way.settings | named | logged | stated  # of each the last that has it
+    moved = {} if way.speed is None else {"speed": Setting(round_digits(way.speed, DIGITS), "travel over time")}
+    moved |= {"direction": Setting(-1.0, "the sign of travel or speed")} if way.direction < 0.0 else {}
+    known = moved | named | logged | stated  # of each the last that has it
     notes = [*(n.text for n in block.notes), *way.notes]
     if "yaw_at" in known:
         notes.append(f"yaw_at is {known['yaw_at'].source}")
@@ -321,169 +265,6 @@ def _assemble(
 
 
 # ---- how far the belt has travelled: as logged, or from time and speed
-
-
-class Travel(NamedTuple):
-    """keep: rows of the run that are used; travel [m] and time [s] (None where not logged) at these, from 0 on;
-    settings: direction and speed as they show in these."""
-
-    keep: np.ndarray
-    travel: np.ndarray
-    time: np.ndarray | None
-    settings: Settings
-    notes: list[str]
-
-
-def travel_of(
-    block: LoggedTable, speed: float | None, standstill: str | None, open_questions: list[Question]
-) -> Travel | None:
-    """The travel of one run; None when it takes a speed that nobody has told. speed [m/s]: where none was logged;
-    standstill: what the mapping says of a travel that stands while the time goes on."""
-    time, notes = _time(block)
-    logged, speeds, sign, stood = block.values("travel"), block.values("speed"), 1.0, np.zeros(2)
-    if logged is not None:
-        keep, way, sign = _logged_travel(block, logged, time, notes)
-        way, stood = _over_standstills(block, keep, way, time, standstill, notes, open_questions)
-    elif time is None:
-        return None
-    else:
-        keep = np.flatnonzero(np.isfinite(time))
-        if speeds is not None:  # by the trapezoidal rule
-            there = np.flatnonzero(np.isfinite(speeds))
-            pace = np.interp(keep, there, speeds[there])
-            usual = float(np.median(pace[pace != 0.0])) if np.any(pace) else 0.0
-            if usual == 0.0:
-                remedy = "the belt stands still throughout; give a record of a running belt"
-                raise block.refuse(0, "speed", 0.0, "m/s", remedy)
-            other = np.flatnonzero(pace * np.sign(usual) < -REVERSAL * abs(usual))
-            if len(other):
-                remedy = "the belt reverses within a run; cut the record there, one run a direction"
-                raise block.refuse(keep[other[0]], "speed", float(pace[other[0]]), "m/s", remedy)
-            steps = 0.5 * (pace[1:] + pace[:-1]) * np.diff(time[keep])
-            way, sign = np.concatenate([[0.0], np.cumsum(np.abs(steps))]), float(np.sign(usual))
-            notes.append("travel was integrated from time and speed")
-        elif speed is None:
-            return None
-        else:
-            way = abs(speed) * (time[keep] - time[keep[0]])
-            notes.append(f"travel was taken as time x {abs(speed):g} m/s")
-    steps = np.diff(time[keep]) if time is not None and logged is None else np.empty(0)
-    if len(steps) and steps.max() > GAP_OF_CLOCK * np.median(steps):
-        k = int(np.argmax(steps))
-        far = f"{steps[k]:.4g} s behind line {block.lines[keep[k]]}, over which the belt is taken to have run on"
-        notes.append(f"no rows for {far} ({way[k + 1] - way[k]:.4g} m)")
-    settings = {"direction": Setting(-1.0, "the sign of travel or speed")} if sign < 0.0 else {}
-    own = None if time is None else time[keep] - time[keep[0]]
-    if own is not None and len(own) and own[-1] > 0.0 and way[-1] > 0.0:
-        far, lasted = np.array([way[-1], own[-1]]) - stood
-        settings["speed"] = Setting(round_digits(float(far / lasted), DIGITS), "travel over time")
-    return Travel(keep, way, own, settings, notes)
-
-
-def _time(block: LoggedTable) -> tuple[np.ndarray | None, list[str]]:
-    """Time [s], strictly rising; repeated stamps are spread evenly. Raises CampaignError where it runs backwards."""
-    time = block.values("time")
-    if time is None:
-        return None, []
-    there = np.flatnonzero(np.isfinite(time))
-    steps = np.diff(time[there])
-    back = np.flatnonzero(steps < 0.0)
-    if len(back):
-        k = there[back[0] + 1]
-        remedy = f"time runs backwards; the row before has {time[there[back[0]]]:.15g}; mend or cut the record there"
-        raise block.refuse(k, "time", float(time[k]), "s", remedy)
-    if np.all(steps > 0.0):
-        return time, []
-    first = there[np.concatenate([[True], steps > 0.0])]
-    if len(first) < 2:
-        raise block.refuse(0, "time", float(time[there[0]]), "s", "time stands still; give a column that rises")
-    spread = np.interp(there, first, time[first])
-    last = there > first[-1]
-    rate = (time[first[-1]] - time[first[0]]) / (first[-1] - first[0])
-    spread[last] = time[first[-1]] + rate * (there[last] - first[-1])
-    out = np.full(len(time), np.nan)
-    out[there] = spread
-    return out, ["several rows have one time stamp: they were spread evenly"]
-
-
-def _logged_travel(
-    block: LoggedTable, travel: np.ndarray, time: np.ndarray | None, notes: list[str]
-) -> tuple[np.ndarray, np.ndarray, float]:
-    """Rows with travel, and it at these as logged, from 0 on and rising whichever way the belt runs, and its sign; rows
-    where it stands still fall together."""
-    there = np.isfinite(travel) if time is None else np.isfinite(travel) & np.isfinite(time)
-    keep = np.flatnonzero(there)
-    if len(keep) < 2 or np.ptp(travel[keep]) == 0.0:
-        raise block.refuse(0, "travel", None, "", "travel stands still; give a column that rises")
-    sign = 1.0 if travel[keep[-1]] >= travel[keep[0]] else -1.0
-    way = sign * (travel[keep] - travel[keep[0]])
-    highest = np.maximum.accumulate(way)
-    fallen = np.flatnonzero(highest - way > JITTER * way.max())
-    if len(fallen):
-        k = keep[fallen[0]]
-        before = travel[keep[fallen[0] - 1]]
-        remedy = f"travel runs backwards; before it was {before:.15g} m; mend or cut the record there"
-        raise block.refuse(k, "travel", float(travel[k]), "m", remedy)
-    if np.any(way < highest):
-        notes.append("the encoder jitters: where travel falls back a little it was held")
-    if sign < 0.0:
-        notes.append(
-            "travel was counted downwards: direction -1 (or is the newest row first? then turn the rows round)"
-        )
-    return keep, highest, sign
-
-
-def _over_standstills(
-    block: LoggedTable,
-    keep: np.ndarray,
-    way: np.ndarray,
-    logged_time: np.ndarray | None,
-    standstill: str | None,
-    notes: list[str],
-    open_questions: list[Question],
-) -> tuple[np.ndarray, np.ndarray]:
-    """The travel of the rows ``keep``, carried on over stretches in which it stands or creeps and the time goes on, if
-    the belt ran: by a column of speed, or by ``standstill``, which is asked once where the readings move on by more
-    than scatter; and the travel [m] and the time [s] (2,) in which the belt stood."""
-    time, steps, usual = np.zeros(len(way)), np.diff(way), 0.0
-    paces, stood = steps, np.zeros(2)
-    if logged_time is not None:
-        time = logged_time[keep]
-        paces = steps / np.diff(time)
-        usual = float(np.median(paces[steps > 0.0]))
-    ends = np.flatnonzero(np.append(paces > CREEPS * usual, True))  # the last row of each travel
-    begins, found = np.concatenate([[0], ends[:-1] + 1]), way.astype(float)
-    speeds = block.values("speed")
-    for k in np.flatnonzero(ends - begins >= FEWEST_ROWS + 2 * np.median(ends - begins)):
-        begin, end = int(begins[k]), int(ends[k])
-        rows, lasted, pace = slice(begin, end + 1), time[begin : end + 1] - time[begin], usual
-        crept = way[rows] - way[begin]
-        lines = f"line {block.lines[keep[begin]]} to {block.lines[keep[end]]}"
-        how = f"creeps on by {crept[-1]:.2g} m" if crept[-1] > 0.0 else "stands still"
-        stands = f"travel {how} at {way[begin]:.6g} m in {end - begin + 1} rows ({lines})"
-        stands += f" while the time goes on by {lasted[-1]:.4g} s" if usual else ""
-        ran = standstill == "belt_ran" and usual > 0.0
-        if usual and speeds is not None:
-            pace = float(np.median(np.abs(np.nan_to_num(speeds[keep[rows]]))))
-            ran = pace > STOPPED
-        elif usual and standstill is None and not any(q.path[-1] == "standstill" for q in open_questions):
-            for y in (c.si()[keep] for c in block.columns if c.role == "signal"):
-                before, after = map(np.nanmedian, np.array_split(y[rows], 2))
-                there = y[np.isfinite(y)]
-                if abs(after - before) > GOES_ON * max(scatter(there), resolution(there)):
-                    open_questions.append(ask("standstill", stands=stands))
-                    break
-        if not ran:
-            stood += crept[-1], lasted[-1]
-            left = "taken as counted" if crept[-1] > 0.0 else "one row is left, their mean"
-            notes.append(f"{stands}: {left}" + ("" if usual else "; cut it there if the belt ran on"))
-            continue
-        notes.append(f"{stands}: carried on at {pace:.4g} m/s, as the belt ran")
-        found[rows] += pace * lasted - crept
-        later = slice(end + 1, None)
-        if not np.any(way[later]) or way[end + 1] - way[end] < 0.5 * pace * (time[end + 1] - time[begin]):
-            found[later] += pace * lasted[-1] - crept[-1]  # it goes on from where it stood, and has not caught up
-    return found, stood
 
 
 # ---- settings that are stated: by the mapping, by a table of runs, by a name
@@ -680,100 +461,121 @@ def runs_on_one_grid(
     """
     if not made:
         return [], [], 0.0
-    notes: list[Note] = []
-    step = size_of(entry.step_m, "m", "step_m") if entry.step_m else _step_for([m.record for m in made])
-    records = [_resample(m.record, step) for m in made]
-    for m, record in zip(made, records, strict=True):
-        if step == 0.0 and len(record) < len(m.record):
-            text = f"{len(m.record)} rows stand at {len(record)} travels: rows of one travel were averaged"
-            notes.append(Note(m.key, text))
-    if step > 0.0:
-        rows, left = (sum(map(len, some)) for some in ([m.record for m in made], records))
-        notes.append(Note("", f"{rows} rows were averaged over steps of {step:g} m: {left} rows"))
-    runs = _snap_settings([_run(m) for m in made], [m.settings for m in made])
+    records, step, notes = _averaged(made, entry.step_m)
+    runs = _runs_of(made)
     unset = (r.name for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings)
     notes += [Note(name, YAW_FROM_START) for name in unset]
-    stated = [m.entry.repeat_of is not None for m in made]
-    runs = _mark_repeats(runs, stated)
-    found = [r for r, is_stated in zip(runs, stated, strict=True) if r.repeat_of and not is_stated]
+    found = [r for r, m in zip(runs, made, strict=True) if r.repeat_of and m.entry.repeat_of is None]
     notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in found]
     blank = [r.name for r in runs if r.start is None]
     if counted := [r.name for r in runs if r.start is not None] if blank else []:
         told = f"not known, but that of {shortlist(counted)} is; state it of every run, or of none"
         raise InputError(f"runs.{blank[0]}.start", None, "m", told)
-    names = dict.fromkeys(n for record in records for n in record if n != TIME_COLUMN)
+    names = dict.fromkeys(str(n) for record in records for n in record if n != TIME_COLUMN)
     for m, record in zip(made, records, strict=True):
-        if blank := [str(n) for n in names if n not in record]:
-            text = f"has no {' and no '.join(blank)}, which other runs have; is its column called otherwise there?"
+        if lacking := [n for n in names if n not in record]:
+            text = f"has no {' and no '.join(lacking)}, which other runs have; is its column called otherwise there?"
             notes.append(Note(m.key, text))
-    off = []  # of every run: signal -> its reading at the yaw
-    for record, run in zip(records, runs, strict=True):
-        travel = record.index.to_numpy() - run.yaw_at
-        off.append({str(n): _reading_at_yaw(travel, record[n].to_numpy()) for n in record if n != TIME_COLUMN})
-    if entry.start == "yaw":
-        pairs = zip(records, off, strict=True)
-        records = [r.assign(**{n: np.round(r[n] - y, DECIMALS) for n, y in starts.items()}) for r, starts in pairs]
-        of_signal = {n: [1e3 * starts[n] for starts in off if n in starts] for starts in off for n in starts}
-        off_by = [f"{n} {min(x):.4g} to {max(x):.4g}" for n, x in of_signal.items() if max(map(abs, x)) > 1e-3]
-        if off_by:
-            text = f"readings are 0 at the yaw; subtracted: {', '.join(off_by)} (mm or mrad)"
-            more = "" if middles else "; middle: 150 mm of a column (its reading of a centred belt) keeps the place"
-            notes.append(Note("", text + more))
-    out, stood = [], []
-    for run, record, starts in zip(runs, records, off, strict=True):
+
+    out, off_middle, subtracted = [], list[float](), {n: list[float]() for n in names}  # [mm or mrad]
+    for run, record in zip(runs, records, strict=True):
+        travel = record.index.to_numpy()
+        starts = {n: _reading_at_yaw(travel - run.yaw_at, record[n].to_numpy()) for n in names if n in record}
+        for name, at_yaw in starts.items():
+            subtracted[name].append(1e3 * at_yaw)
         if run.y0 is None and (known := middles.keys() & starts):
             y0 = round_digits(float(np.mean([starts[n] - middles[n] for n in known])), DIGITS)
             run = replace(run, y0=y0)
-            stood.append(1e3 * y0)
+            off_middle.append(1e3 * y0)
+        from_yaw = {n: np.round(record[n].to_numpy() - at_yaw, DECIMALS) for n, at_yaw in starts.items()}
+        signals = from_yaw if entry.start == "yaw" else {n: record[n].to_numpy() for n in starts}
         time = record[TIME_COLUMN].to_numpy() if TIME_COLUMN in record else None
-        signals = {n: record[n].to_numpy() for n in starts}
-        way, yaw_at = record.index.to_numpy() + run.counted_from, run.yaw_at + run.counted_from
-        if yaw_at < 0.0:
+        if (yaw_at := run.yaw_at + run.counted_from) < 0.0:
             remedy = "is before the record: state run_in too, how far the belt had run from a straight start by then"
             raise InputError(f"runs.{run.name}.yaw_at", run.yaw_at, "m", remedy)
         start = None if run.start is None else run.start - run.counted_from
+        way = travel + run.counted_from
         out.append(replace(run, travel=way, yaw_at=yaw_at, start=start, time=time, signals=signals))
-    if stood:
-        text = f"y0 by middle: {min(stood):.4g} to {max(stood):.4g} mm off the middle of the pulleys"
+    off_by = [f"{n} {min(x):.4g} to {max(x):.4g}" for n, x in subtracted.items() if max(map(abs, x)) > 1e-3]
+    if off_by and entry.start == "yaw":
+        text = f"readings are 0 at the yaw; subtracted: {', '.join(off_by)} (mm or mrad)"
+        more = "" if middles else "; middle: 150 mm of a column (its reading of a centred belt) keeps the place"
+        notes.append(Note("", text + more))
+    if off_middle:
+        text = f"y0 by middle: {min(off_middle):.4g} to {max(off_middle):.4g} mm off the middle of the pulleys"
         notes.append(Note("", text))
     return out, notes, step
 
 
-def _run(made: AssembledRun) -> Run:
-    """The run of settings that are known, each checked against its range, without its record."""
-    for key, setting in made.settings.items():
-        bounds = RANGES[key]
-        if np.isfinite(setting.value) and not bounds.holds(setting.value):
-            shown = f"{setting.value / UNITS[bounds.unit][1]:.6g}"
-            remedy = f"must be {bounds.low:g} to {bounds.high:g} {bounds.unit}; it came from {setting.source}"
-            raise InputError(f"runs.{made.key}.{key}", shown, bounds.unit, remedy)
-    values: dict[str, Any] = {"tension": np.nan, "yaw": np.nan} | {k: s.value for k, s in made.settings.items()}
-    values |= {"name": made.entry.name or made.key, "use": made.entry.use or "fit"}
-    return Run(repeat_of=made.entry.repeat_of, started=made.started, **values)
+def _runs_of(made: list[AssembledRun]) -> list[Run]:
+    """The runs without their records. Logged settings that are meant to be the same (within SAME in size) are brought
+    to their mean; runs at one setting repeat the first of them and have its settings, unless the mapping says which
+    repeats which. Raises InputError for a setting beyond its range."""
+    runs: list[Run] = []
+    for m in made:
+        for key, setting in m.settings.items():
+            bounds = RANGES[key]
+            if np.isfinite(setting.value) and not bounds.holds(setting.value):
+                shown = f"{setting.value / UNITS[bounds.unit][1]:.6g}"
+                remedy = f"must be {bounds.low:g} to {bounds.high:g} {bounds.unit}; it came from {setting.source}"
+                raise InputError(f"runs.{m.key}.{key}", shown, bounds.unit, remedy)
+        values: dict[str, Any] = {"tension": np.nan, "yaw": np.nan} | {k: s.value for k, s in m.settings.items()}
+        values |= {"name": m.entry.name or m.key, "use": m.entry.use or "fit"}
+        runs.append(Run(repeat_of=m.entry.repeat_of, started=m.started, **values))
+
+    for key, unit in (("tension", N_PER_MM2), ("yaw", DEGREE), ("yaw_head", DEGREE), ("speed", 1.0)):
+        own = [k for k, m in enumerate(made) if key in m.settings and not m.settings[key].text]
+        logged = np.array([getattr(runs[k], key) for k in own])
+        order = np.argsort(np.abs(logged))
+        size = np.abs(logged[order])
+        for group in np.split(order, np.flatnonzero(np.diff(size) > SAME * size[1:]) + 1) if own else ():
+            mean = round_digits(float(np.mean(np.abs(logged[group]))) / unit, SAME_DIGITS) * unit
+            for k in group:
+                change: dict[str, Any] = {key: float(np.sign(logged[k])) * mean}
+                runs[own[k]] = replace(runs[own[k]], **change)
+
+    for k, (run, m) in enumerate(zip(runs, made, strict=True)):
+        for twin in runs[:k] if m.entry.repeat_of is None else ():
+            near = [(getattr(twin, n), getattr(run, n)) for n in ("tension", "yaw", "yaw_head", "speed")]
+            apart = any(abs(x - y) > 0.5 * REPEAT_TOLERANCE * abs(x) for x, y in near)
+            late = abs(twin.yaw_at - run.yaw_at) > 0.05 * max(twin.yaw_at, 0.0)
+            if twin.repeat_of is None and not apart and not late and twin.direction == run.direction:
+                u = math.hypot(run.yaw_at_u, run.yaw_at - twin.yaw_at)  # taken to be where the first run's was
+                alike = {n: getattr(twin, n) for n in ("tension", "yaw", "yaw_head", "speed", "yaw_at")}
+                runs[k] = replace(run, repeat_of=twin.name, yaw_at_u=u, **alike)
+                break
+    return runs
 
 
-def _step_for(records: list[pd.DataFrame]) -> float:
-    """A step [m], 1, 2 or 5 times a power of ten, that keeps some hundred samples a run; 0 where records are so sparse
-    that they stay as they are, or stand at the same travels already."""
+def _averaged(made: list[AssembledRun], stated: str | None) -> tuple[list[pd.DataFrame], float, list[Note]]:
+    """Records averaged over bins about the multiples of one step, remarks, and the step [m]: as stated, else 1, 2 or 5
+    times a power of ten that keeps some hundred samples a run. It is 0 where records are so sparse that they stay as
+    they are, or stand at the same travels already: then only rows of one travel fall together."""
+    records, step = [m.record for m in made], size_of(stated, "m", "step_m") if stated else 0.0
     spacing = [float(np.median(np.diff(s))) for record in records if len(s := np.unique(record.index)) > 2]
     first = max(records, key=len).index
     alike = (r.index.is_unique and np.allclose(r.index, first[: len(r)], atol=1e-6) for r in records)
-    if not spacing or (len(first) <= 4 * AIMED and all(alike)):
-        return 0.0
-    longest = max(float(record.index[-1]) for record in records)
-    least = max(longest / AIMED, UNEVEN * 2.0 * max(spacing))
-    power = 10.0 ** math.floor(math.log10(least))
-    step = float(next(f"{f * power:.6g}" for f in (1.0, 2.0, 5.0, 10.0) if f * power >= least * (1.0 - 1e-9)))
-    return step if step <= longest / LEFT else 0.0
+    if not stated and spacing and not (len(first) <= 4 * AIMED and all(alike)):
+        longest = max(float(record.index[-1]) for record in records)
+        least = max(longest / AIMED, UNEVEN * 2.0 * max(spacing))
+        power = 10.0 ** math.floor(math.log10(least))
+        step = float(next(f"{f * power:.6g}" for f in (1.0, 2.0, 5.0, 10.0) if f * power >= least * (1.0 - 1e-9)))
+        step = step if step <= longest / LEFT else 0.0
 
-
-def _resample(record: pd.DataFrame, step: float) -> pd.DataFrame:
-    """Averages over bins of ``step`` [m] about its multiples; with step 0 only rows of one travel fall together."""
-    travel = record.index.to_numpy()
-    means = record.groupby(np.rint(travel / step) * step if step > 0.0 else travel).mean()
-    means.index = np.round(means.index, 9)
-    hardly_begun = step > 0.0 and len(means) > 2 and travel[-1] < means.index[-1] - 0.25 * step
-    return means.iloc[:-1] if hardly_begun else means
+    found, notes = list[pd.DataFrame](), list[Note]()
+    for m in made:
+        travel = m.record.index.to_numpy()
+        means = m.record.groupby(np.rint(travel / step) * step if step > 0.0 else travel).mean()
+        means.index = np.round(means.index, 9)
+        hardly_begun = step > 0.0 and len(means) > 2 and travel[-1] < means.index[-1] - 0.25 * step
+        found.append(means.iloc[:-1] if hardly_begun else means)
+        if step == 0.0 and len(means) < len(travel):
+            text = f"{len(travel)} rows stand at {len(means)} travels: rows of one travel were averaged"
+            notes.append(Note(m.key, text))
+    if step > 0.0:
+        rows, left = (sum(map(len, some)) for some in (records, found))
+        notes.append(Note("", f"{rows} rows were averaged over steps of {step:g} m: {left} rows"))
+    return found, step, notes
 
 
 def _reading_at_yaw(travel: np.ndarray, y: np.ndarray) -> float:
@@ -792,37 +594,3 @@ def _reading_at_yaw(travel: np.ndarray, y: np.ndarray) -> float:
 
 
 # ---- runs at one setting
-
-
-def _snap_settings(runs: list[Run], settings: list[Settings]) -> list[Run]:
-    """Runs with settings that were logged and are meant to be the same (within SAME in size) brought to their mean."""
-    found = list(runs)
-    for key, unit in (("tension", N_PER_MM2), ("yaw", DEGREE), ("yaw_head", DEGREE), ("speed", 1.0)):
-        own = [k for k, s in enumerate(settings) if key in s and not s[key].text]
-        values = np.array([getattr(found[k], key) for k in own])
-        order = np.argsort(np.abs(values))
-        size = np.abs(values[order])
-        for group in np.split(order, np.flatnonzero(np.diff(size) > SAME * size[1:]) + 1):
-            for k in group:
-                value = float(np.sign(values[k]) * np.mean(np.abs(values[group])))
-                change: dict[str, Any] = {key: round_digits(value / unit, SAME_DIGITS) * unit}
-                found[own[k]] = replace(found[own[k]], **change)
-    return found
-
-
-def _mark_repeats(runs: list[Run], stated: list[bool]) -> list[Run]:
-    """Runs at one setting as repeats of the first, with its settings; stated: whether the mapping says of which."""
-    out: list[Run] = []
-    for run, is_stated in zip(runs, stated, strict=True):
-        for twin in out:
-            near = [(getattr(twin, k), getattr(run, k)) for k in ("tension", "yaw", "yaw_head", "speed")]
-            apart = any(abs(x - y) > 0.5 * REPEAT_TOLERANCE * abs(x) for x, y in near)
-            late = abs(twin.yaw_at - run.yaw_at) > 0.05 * max(twin.yaw_at, 0.0)
-            if is_stated or twin.repeat_of is not None or apart or late or twin.direction != run.direction:
-                continue
-            run = replace(run, repeat_of=twin.name, tension=twin.tension, yaw=twin.yaw, yaw_head=twin.yaw_head)
-            u = math.hypot(run.yaw_at_u, run.yaw_at - twin.yaw_at)  # taken to be where the first run's was
-            run = replace(run, speed=twin.speed, yaw_at=twin.yaw_at, yaw_at_u=u)
-            break
-        out.append(run)
-    return out

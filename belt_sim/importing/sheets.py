@@ -9,6 +9,7 @@ count, and a fault acts at zero yaw as well.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,7 +29,7 @@ from belt_sim.importing.columns import SIGNAL_NAMES, USUAL_UNITS, Column
 from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question, ask
 from belt_sim.io import group_names
 from belt_sim.settings import BOUNDS, MACHINE, SIGNAL_DIMENSION, Range, belt_from, rig_from
-from belt_sim.units import DEGREE, MM, N_PER_MM2, UNITS, quantity, round_digits, size_of
+from belt_sim.units import DEGREE, MM, N_PER_MM2, UNITS, quantity, round_digits, size_of, two_digits
 
 
 class Datum(NamedTuple):
@@ -56,10 +57,11 @@ BELT_DATA = {
 }
 
 
-def machine_and_belt(
+def machine_belt_and_settings(
     mapping: MappingEntry,
-) -> tuple[Machine | None, BeltSheet | None, dict[str, str], list[Question]]:
-    """Machine and belt, each None where something of it is missing; remarks on their numbers; what is missing."""
+) -> tuple[Machine | None, BeltSheet | None, SettingsSheet, dict[str, str], list[Question]]:
+    """Machine and belt, each None where something of it is missing; how well runs hit their settings; remarks on all
+    these numbers; what is missing."""
     machine: Machine | None = None
     belt: BeltSheet | None = None
     found, remarks, missing = _quantities(mapping.machine, "rig", MACHINE_DATA, "machine")
@@ -78,7 +80,15 @@ def machine_and_belt(
         belt = BeltSheet(**found)
         if belt.thickness.value >= belt.width.value:
             raise InputError("belt.thickness", f"{belt.thickness.value * 1e3:g}", "mm", "must be below the width")
-    return machine, belt, remarks | of_belt, missing + about_belt
+    asked = {
+        "tension_rel": (mapping.settings.tension_rel, "1", TENSION_REL, "how well the tension is known"),
+        "yaw": (mapping.settings.yaw, "urad", YAW_U, "how well a run hits its yaw"),
+    }
+    remarks |= of_belt
+    remarks |= {f"settings.{k}": f"assumed, no data tell it; state {a[-1]}" for k, a in asked.items() if a[0] is None}
+    known = {k: u if text is None else size_of(text, unit, f"settings.{k}") for k, (text, unit, u, _) in asked.items()}
+    settings = SettingsSheet(tension_rel=known["tension_rel"], yaw_u=known["yaw"])
+    return machine, belt, settings, remarks, missing + about_belt
 
 
 def _quantities(
@@ -247,20 +257,6 @@ def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
     return sd, float(f"{length:.2g}"), float(np.sqrt(max(without_wander, (LEAST_WHITE * white) ** 2)))
 
 
-# ---- settings
-
-
-def settings_of(entry: MappingEntry) -> tuple[SettingsSheet, dict[str, str]]:
-    """How well runs hit their settings, and remarks on it."""
-    asked = {
-        "tension_rel": (entry.settings.tension_rel, "1", TENSION_REL, "how well the tension is known"),
-        "yaw": (entry.settings.yaw, "urad", YAW_U, "how well a run hits its yaw"),
-    }
-    remarks = {f"settings.{k}": f"assumed, no data tell it; state {a[-1]}" for k, a in asked.items() if a[0] is None}
-    known = {k: u if text is None else size_of(text, unit, f"settings.{k}") for k, (text, unit, u, _) in asked.items()}
-    return SettingsSheet(tension_rel=known["tension_rel"], yaw_u=known["yaw"]), remarks
-
-
 # ---- the sheet with a comment beside every field
 
 COLUMN = 60
@@ -327,31 +323,29 @@ class PlannedRun:
     good_for: str
 
 
-def tensions_for(rig: Rig, belt: Belt) -> list[float]:
-    """A slack, a middling and a tight tension [N/mm2], from Lambda = (rho g L)^2 E / (12 sigma^3)."""
-    load = belt.density * rig.gravity * rig.span_length
-    found = [(load**2 * belt.youngs_modulus / (12.0 * wanted)) ** (1.0 / 3.0) / N_PER_MM2 for wanted in LAMBDAS]
-    rounded = [float(f"{min(max(t, LEAST), MOST):.2g}") for t in found]
-    return [t if k == 0 else max(t, float(f"{1.5 * rounded[k - 1]:.2g}")) for k, t in enumerate(rounded)]
-
-
 def travel_for(rig: Rig) -> float:
     """How long a record should be [m]: until late drift is plain."""
     return 5.0 * math.ceil(SPANS * rig.span_length / 5.0)
 
 
-def yaw_for(rig: Rig, belt: Belt, tensions: list[float]) -> float:
-    """A yaw [deg] that moves the belt by a tenth of its width over a record; less where twice as much would harm it."""
-    wanted = DRIFT * belt.width / (DRIFT_PER_YAW * travel_for(rig)) / DEGREE
-    harmless = safe_yaw(rig, belt, [t * N_PER_MM2 for t in tensions]) / DEGREE / 2.0
-    if wanted < harmless:
-        return float(f"{wanted:.2g}")
-    step = 10.0 ** (math.floor(math.log10(harmless)) - 1)
-    return float(f"{math.floor(harmless / step) * step:.2g}")  # cut to two digits
+def plan_for(
+    rig: Rig, belt: Belt, speed: float, tensions: list[float] | None = None, yaw: float | None = None
+) -> list[PlannedRun]:
+    """Runs at tensions [N/mm2], either sign of a yaw [deg], and what tells look-alikes apart; most telling first.
 
-
-def plan_for(tensions: list[float], yaw: float, speed: float) -> list[PlannedRun]:
-    """Runs at tensions [N/mm2], either sign of a yaw [deg], and what tells look-alikes apart; most telling first."""
+    tensions: a slack, a middling and a tight one, from Lambda = (rho g L)^2 E / (12 sigma^3), unless stated; yaw: one
+    that moves the belt by a tenth of its width over a record, less where twice as much would harm it, unless stated.
+    """
+    if tensions is None:
+        load, rounded = belt.density * rig.gravity * rig.span_length, list[float]()
+        for wanted in LAMBDAS:
+            tension = (load**2 * belt.youngs_modulus / (12.0 * wanted)) ** (1.0 / 3.0) / N_PER_MM2
+            rounded.append(round_digits(min(max(tension, LEAST), MOST), 2))
+        tensions = [*rounded[:1], *(max(t, round_digits(1.5 * s, 2)) for s, t in pairwise(rounded))]
+    if yaw is None:
+        yaw = DRIFT * belt.width / (DRIFT_PER_YAW * travel_for(rig)) / DEGREE
+        harmless = safe_yaw(rig, belt, [t * N_PER_MM2 for t in tensions]) / DEGREE / 2.0
+        yaw = round_digits(yaw, 2) if yaw < harmless else two_digits(harmless)
     low, middle, high = tensions[0], tensions[(len(tensions) - 1) // 2], tensions[-1]
     rows: list[tuple[str, float, float, dict[str, Any]]] = []  # what it is good for, N/mm2, degrees, other settings
     names: dict[tuple[float, int], str] = {}
@@ -408,15 +402,16 @@ def template(
         errors = {"white": white, "zero": ZERO, "gain": GAIN, "wander_sd": WANDER, "wander_length": LENGTH}
         signals.append(SignalSheet(name=name, at=place, kind=kind, unit=unit, **errors))
         remarks |= {f"signals.{name}.{k}": TYPICAL for k in ("white", "zero", "gain", "wander")}
-
-    def known(value: float, relative: float) -> Quantity:
-        return Quantity(value=float(value), u=round_digits(relative * value, 2))
-
+    known = {
+        name: Quantity(value=float(value), u=round_digits(datum.relative_u * value, 2))
+        for name, datum in (MACHINE_DATA | BELT_DATA).items()
+        if (value := getattr(rig, name, getattr(belt, name, None))) is not None
+    }
     campaign = Campaign(
         title=title,
         source=Source(kind="measured", reference="REPLACE: log book, date", licence=""),
-        machine=Machine(**{n: known(getattr(rig, n), MACHINE_DATA[n].relative_u) for n in MACHINE}),
-        belt=BeltSheet(**{n: known(getattr(belt, n), BELT_DATA[n].relative_u) for n in BELT_DATA}),
+        machine=Machine(**{name: known[name] for name in MACHINE}),
+        belt=BeltSheet(**{name: known[name] for name in BELT_DATA}),
         signals=tuple(signals),
         settings=SettingsSheet(tension_rel=TENSION_REL, yaw_u=YAW_U),
         runs=tuple(p.run for p in planned),

@@ -15,7 +15,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, time, timedelta
-from itertools import chain, count
+from itertools import chain, count, product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -45,7 +45,8 @@ SAMPLE = 200
 #: decimal mark -> a number without and with marks of thousands; with an exponent either mark is a decimal one
 _PLAIN = {d: re.compile(rf"[+-]?(?:\d+[{d}]?\d*|[{d}]\d+)\Z|[+-]?\d*[.,]?\d*[eE][+-]?\d+\Z") for d in ".,"}
 _GROUPED = {d: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:[{OTHER[d]}]\d{{3}})+(?:[{d}]\d*)?\Z") for d in ".,"}
-_DOUBTFUL = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}\Z")
+#: a number with one mark that may be of decimals or of thousands, as 1,500
+_DOUBTFUL = re.compile(r"\s*[+-]?[1-9]\d{0,2}[.,]\d{3}\s*\Z")
 #: a gap between thousands or behind a sign, and a negative number as (12.5) or 12.5-
 _GAP = re.compile(r"(?<=\d)[ '’\u00a0\u202f](?=\d{3}(?!\d))|(?<=^[+-]) +")
 _FORTRAN = re.compile(r"(?<=[\d.,])[dD](?=[+-]?\d+\Z)")
@@ -69,18 +70,13 @@ def is_number(cell: str, decimal: str) -> bool:
     return bool(_PLAIN[decimal].match(text) or _GROUPED[decimal].match(text))
 
 
-def doubtful(cell: str) -> bool:
-    """Whether a cell is a number with one mark that may be of decimals or of thousands, as 1,500."""
-    return bool(_DOUBTFUL.match(cell.strip()))
-
-
 def decimal_marks(cells: Iterable[str]) -> set[str]:
     """The decimal marks that the cells of a file show beyond doubt."""
     found = set()
     for cell in cells:
         text = _bare(cell)
         marks = {m: text.count(m) for m in ".,"}
-        if not any(marks.values()) or "e" in text.lower() or doubtful(text):
+        if not any(marks.values()) or "e" in text.lower() or _DOUBTFUL.match(text):
             continue
         for mark, other in OTHER.items():
             if marks[mark] <= 1 and (_GROUPED if marks[other] else _PLAIN)[mark].match(text):
@@ -234,7 +230,7 @@ def column_of(cells: pd.Series, unit: str, decimal: str, is_open: bool, lines: n
             remedy = f"decimal marks are mixed: the file has '{decimal}' elsewhere; write one mark throughout"
         k = int(np.argmax(wrong))
         raise refusal(file, remedy, line=int(lines[k]), name=name, value=str(cells.iloc[k]))
-    first = next((str(c) for c in texts[filled] if key and (key != "decimal" or doubtful(str(c)))), "")
+    first = next((str(c) for c in texts[filled] if key and (key != "decimal" or _DOUBTFUL.match(str(c)))), "")
     return Column(
         name=name, values=next(iter(readings.values())), unit="s" if are_times else unit, stamp=are_times, zone=zone,
         asked=key, readings=readings if key else {}, first_cell=first,
@@ -274,7 +270,9 @@ def read(files: Sequence[str | Path], form: Mapping[str, Any] | None = None) -> 
     twice = next((p for k, p in enumerate(paths) if p in paths[:k]), None)
     if twice is not None:
         raise InputError("files", twice, "", "is named twice; name each file once")
-    tables = [propose_roles(table) for path in paths for table in _read_file(path, form or {})]
+    form = dict(form or {})
+    form["decimal"] = form.get("decimal") or OTHER.get(form.get("thousands") or "", "")
+    tables = [propose_roles(table) for path in paths for table in _read_file(path, form)]
     names = unique((table.name for table in tables), lambda n: f"_{n}")
     return LoggedTables(tables=tuple(replace(t, name=name) for t, name in zip(tables, names, strict=True)))
 
@@ -299,7 +297,10 @@ def _read_file(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
         if layout is None:
             remedy = "no table of numbers is seen in it (columns by tabs, semicolons, commas, bars or blanks)"
             raise refusal(file, f"{remedy}; export it as CSV, or name format: {{separator: ..., decimal: ...}}")
-        return [_table(file, "", lines, layout, f"{encoding}, {layout}, ", form)]
+        header = f"header in line {layout.header}" if layout.header else "no header"
+        mark = "comma" if layout.decimal == "," else "point"
+        remark = f"{encoding}, {SEPARATORS[layout.separator]}, decimal {mark}, {header}, "
+        return [_table(file, "", lines, layout, remark, form)]
     found = []
     for sheet, lines in _sheets(file):
         layout = layout_of(lines[:HEAD_LINES], {**form, "separator": "\t"})
@@ -401,47 +402,37 @@ class Layout(NamedTuple):
     first: int
     score: float
 
-    def __str__(self) -> str:
-        header = f"header in line {self.header}" if self.header else "no header"
-        return f"{SEPARATORS[self.separator]}, decimal {'comma' if self.decimal == ',' else 'point'}, {header}"
 
+def layout_of(lines: Sequence[str], form: Mapping[str, Any]) -> Layout | None:
+    """The layout of the first lines of a file; None when no table stands there. form: separator, decimal, as stated.
 
-def layout_of(lines: Sequence[str], stated: Mapping[str, Any]) -> Layout | None:
-    """The layout of the first lines of a file; None when no table stands there. stated: separator, decimal."""
-    separators = [stated["separator"]] if stated.get("separator") else list(SEPARATORS)
-    decimals = [d] if (d := stated_decimal(stated)) else [".", ","]
-    quoted = any('"' in line for line in lines)  # only then may a comma be both
-    marks = [(s, d) for s in separators for d in decimals if s != d or quoted]
-    tried = (_layout_with(s, d, [split(line, s) for line in lines]) for s, d in marks)
-    return max((t for t in tried if t), key=lambda layout: layout.score, default=None)  # of equals the first
-
-
-def stated_decimal(form: Mapping[str, Any]) -> str:
-    """The decimal mark that ``format`` states, by itself or by the mark of thousands; "" where it states none."""
-    return str(form.get("decimal") or OTHER.get(form.get("thousands") or "", ""))
-
-
-def _layout_with(separator: str, decimal: str, rows: Sequence[Sequence[str]]) -> Layout | None:
-    """The layout of rows of cells: its table is as wide as most rows of data (of whose filled cells half are numbers or
-    times), and begins with the first of these."""
-    of_data = []
-    for k, row in enumerate(rows):
-        filled = [c for c in row if not is_missing(c)]
-        if filled and len(row) > 1 and count_readings(filled, decimal) >= 0.5 * len(filled):
-            of_data.append(k)
-    if not of_data:
-        return None
-    width, height = Counter(len(rows[k]) for k in of_data).most_common(1)[0]
-    first = next(k for k in of_data if len(rows[k]) == width)
-    header, names, units = _head(rows[:first], width, decimal)
-    counts = [rows[k][0].strip(' "') for k in of_data if len(rows[k]) == width]
-    counted = any(counts == [str(k + n) for k in range(len(counts))] for n in (0, 1))
-    if header and counted and len(rows[header - 1]) == width - 1:
-        names = ("row", *names[:-1])  # its rows are counted in a column without a name
-    cells = [c for row in rows if len(row) == width for c in row if c.strip()]
-    share = count_readings(cells, decimal) / len(cells)
-    score = height * share**3 * (0.6 if separator == " " else 1.0)
-    return Layout(separator, decimal, names, units, header, first + 1, score)
+    Of all pairs of marks the one that sees most. Its table is as wide as most rows of data (of whose filled cells half
+    are numbers or times), and begins with the first of these.
+    """
+    separators = [form["separator"]] if form.get("separator") else list(SEPARATORS)
+    quoted, best = any('"' in line for line in lines), None  # only then may a comma be both
+    for separator, decimal in product(separators, form.get("decimal") or ".,"):
+        rows = [split(line, separator) for line in lines] if separator != decimal or quoted else []
+        of_data = []
+        for k, row in enumerate(rows):
+            filled = [c for c in row if not is_missing(c)]
+            if filled and len(row) > 1 and count_readings(filled, decimal) >= 0.5 * len(filled):
+                of_data.append(k)
+        if not of_data:
+            continue
+        width, height = Counter(len(rows[k]) for k in of_data).most_common(1)[0]
+        of_data = [k for k in of_data if len(rows[k]) == width]
+        header, names, units = _head(rows[: of_data[0]], width, decimal)
+        counts = [rows[k][0].strip(' "') for k in of_data]
+        counted = any(counts == [str(k + n) for k in range(len(counts))] for n in (0, 1))
+        if header and counted and len(rows[header - 1]) == width - 1:
+            names = ("row", *names[:-1])  # its rows are counted in a column without a name
+        cells = [c for row in rows if len(row) == width for c in row if c.strip()]
+        share = count_readings(cells, decimal) / len(cells)
+        score = height * share**3 * (0.6 if separator == " " else 1.0)
+        if best is None or score > best.score:  # of equals the first
+            best = Layout(separator, decimal, names, units, header, of_data[0] + 1, score)
+    return best
 
 
 def _head(above: Sequence[Sequence[str]], width: int, decimal: str) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
@@ -503,13 +494,13 @@ def _table(
     kept, numbers, again, remarks = _rows(place, lines, layout)
     sample = [cells for line in kept[:MARKS] if len(cells := split(line, layout.separator)) == len(layout.names)]
     shown = decimal_marks(c for cells in sample for c in cells)
-    known = stated_decimal(form) or (shown.pop() if len(shown) == 1 else "")
-    of_doubt = {m for cells in sample for c in cells if doubtful(c) for m in ".," if m in c}
+    known = form.get("decimal") or (shown.pop() if len(shown) == 1 else "")
+    of_doubt = {m for cells in sample for c in cells if _DOUBTFUL.match(c) for m in ".," if m in c}
     if not known and not shown and of_doubt == {"."} and layout.separator == ",":
         known = "."
     is_open = not known and not shown and bool(of_doubt)
     decimal = known or layout.decimal
-    marked = [n for k, n in enumerate(layout.names) if is_open and any(doubtful(cells[k]) for cells in sample)]
+    marked = [n for k, n in enumerate(layout.names) if is_open and any(_DOUBTFUL.match(cells[k]) for cells in sample)]
     blanks = layout.separator == " "
     options: dict[str, Any] = {"sep": r"\s+" if blanks else layout.separator, "decimal": decimal}
     options |= {"header": None, "index_col": False, "names": layout.names, "na_values": list(MISSING)}

@@ -15,8 +15,8 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.line.hooks import IN_MARCH, as_indicated, asked_of_engine, call_hook, overrides
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space.options import CONTACTS, ENGINES, OBEYED, WATCHED, Options, fit_options, refuse_unobeyed, two_digits
-from belt_sim.units import N_PER_MM2
+from belt_sim.space.options import CONTACTS, ENGINES, OBEYED, WATCHED, Options, fit_options, refuse_unobeyed
+from belt_sim.units import N_PER_MM2, two_digits
 from belt_sim.validity import limits
 
 if TYPE_CHECKING:

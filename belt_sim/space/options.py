@@ -8,6 +8,7 @@ from typing import Any
 from belt_sim.case import Case
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.scene_parts import SceneParts
+from belt_sim.units import two_digits
 
 #: chords before the tangent point at which a station is caught; it is let go HYSTERESIS chords further out
 CATCH_DISTANCE = 0.5
@@ -270,9 +271,3 @@ def fit_options(options: Options, case: Case, belt: str, engine: str = "native")
             raise InputError("model.damping", damping, "1/s", remedy)
         damping = max(damping, least)
     return replace(options, belt_speed=pace, dt=dt, damping=damping)
-
-
-def two_digits(value: float) -> float:
-    """The value, cut to two digits."""
-    unit = 10.0 ** (math.floor(math.log10(value)) - 1)
-    return float(f"{unit * math.floor(value / unit):.2g}")
