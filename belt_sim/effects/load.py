@@ -15,7 +15,7 @@ from belt_sim.effects.law import ID as LAW
 from belt_sim.effects.law import GenericLaw, law_effect, law_lines, law_of_entry, yaml_number
 from belt_sim.errors import InputError, finite
 from belt_sim.io import careful_yaml
-from belt_sim.line.hooks import HOOKS, LAW_OF_HOOK, line_of, overrides, wrong_file
+from belt_sim.line.hooks import HOOKS, line_of, overrides, wrong_file
 
 SCHEMA, WITH_LAWS = "belt-effects/1", "belt-effects/2"  # version 2 may hold laws that were found
 MOST_TIMES_PLAUSIBLE = 100.0  # times the largest plausible value: more is a slip of the pen
@@ -201,17 +201,20 @@ def _inspect(cls: type[Effect], path: Path) -> None:
     for name, function in vars(cls).items():
         if not inspect.isfunction(function) or name.startswith("_"):
             continue
-        line, base = function.__code__.co_firstlineno, getattr(Effect, name, None)
-        if base is None:
-            if close := difflib.get_close_matches(name, HOOKS, n=1):
-                raise wrong_file(path, line, f"{name}: no hook of this name; did you mean {close[0]}?")
+        line, given = function.__code__.co_firstlineno, list(inspect.signature(function).parameters)
+        if name in HOOKS:
+            wanted = ["self", *HOOKS[name].arguments.split(", ")]
+        elif hasattr(Effect, name):
+            wanted = list(inspect.signature(getattr(Effect, name)).parameters)
+        elif close := difflib.get_close_matches(name, HOOKS, n=1):
+            raise wrong_file(path, line, f"{name}: no hook of this name; did you mean {close[0]}?")
+        else:
             continue
-        wanted, given = (list(inspect.signature(f).parameters) for f in (base, function))
         if len(wanted) != len(given):
             raise wrong_file(path, line, f"write {name}({', '.join(wanted)}), not {name}({', '.join(given)})")
     own = overrides(cls)
     if not own:
         raise wrong_file(path, here, f"{cls.__name__} overrides no hook; the hooks are {', '.join(HOOKS)}")
-    if not any(cls.law in LAW_OF_HOOK.get(hook, (cls.law,)) for hook in own):
-        laws = sorted({law for hook in own for law in LAW_OF_HOOK[hook]})
+    laws = sorted({law for hook in own for law in HOOKS[hook].laws})
+    if cls.law not in laws:
         raise wrong_file(path, here, f"law = {cls.law!r} but {', '.join(sorted(own))} changes {' or '.join(laws)}")

@@ -101,7 +101,7 @@ def test_null_effect_returns_what_it_was_given(cls):
     null, used = cls.null(), 0
     assert null.is_null()
     for hook, given in arguments.items():
-        if getattr(cls, hook) is getattr(Effect, hook):
+        if not hasattr(cls, hook):
             continue
         used += 1
         assert bits(called(null, hook, given)) == bits(given[0]), hook
@@ -216,7 +216,7 @@ def test_the_order_in_which_effects_are_named_does_not_matter():
     """Physics has one order: the belt's edge, gain, offset and drift; the load cell, then centrifugal tension."""
     effects, draw = [acting(cls) for cls in EFFECTS], np.random.default_rng(1)
     for hook in HOOKS:
-        named = [e for e in effects if getattr(type(e), hook) is not getattr(Effect, hook)]
+        named = [e for e in effects if hasattr(e, hook)]
         orders = [[e.id for e in uses([named[k] for k in draw.permutation(len(named))], hook)] for _ in range(5)]
         assert all(order == orders[0] for order in orders), hook
     sensors = [e.id for e in uses(effects[::-1], "sensor")]
