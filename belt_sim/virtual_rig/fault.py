@@ -1,9 +1,10 @@
 """What a faultless line does not have: hooks of a fault, its parameters, and courses that several follow."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import Field, dataclass, field, fields
 from functools import cache
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, dataclass_transform
 
 import numpy as np
@@ -43,6 +44,27 @@ def shape(default: float, draw: Callable, grid: Callable = lambda plan: ()) -> A
     """
     return field(default=default, metadata={"draw": draw, "grid": grid})
 
+
+def between(
+    default: float, low: float, high: float, of: str = "", grid: Sequence[float] = (), log: bool = False
+) -> Any:
+    """A shape drawn evenly from ``low`` to ``high`` times ``of`` the plan (an attribute), or evenly over its logarithm;
+    grid: shares of ``of``."""
+
+    def draw(plan: Plan, rng: np.random.Generator) -> float:
+        whole = attrgetter(of)(plan) if of else 1.0
+        return log_uniform(rng, low * whole, high * whole) if log else rng.uniform(low, high) * whole
+
+    return shape(default, draw, lambda plan: [share * (attrgetter(of)(plan) if of else 1.0) for share in grid])
+
+
+def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
+    """A number drawn evenly over its logarithm."""
+    return float(np.exp(rng.uniform(math.log(low), math.log(high))))
+
+
+ANY_PHASE = shape(0.0, lambda plan, rng: rng.uniform(0, 2 * np.pi), lambda plan: (0.0, np.pi / 2))
+ANY_SEED = shape(0, lambda plan, rng: int(rng.integers(2**31)))
 
 #: Hook -> what it is where nothing is wrong. s: travel [m]; y, kappa, alpha: at the run-ups of the tail and the head
 #: pulley, shape (2, batch).
@@ -130,25 +152,6 @@ def fault(id: str, module: str, words: str, *, base: type[Fault] = Fault, **give
     numbers = {name: float for name, value in given.items() if isinstance(value, Field)}
     facts = {"id": id, "__doc__": words, "__module__": module, "__annotations__": numbers}
     return type(id.title().replace("_", "") + "Fault", (base,), facts | given)
-
-
-# How shapes are drawn.
-
-
-def any_phase(plan: Plan, rng: np.random.Generator) -> float:
-    return rng.uniform(0, 2 * np.pi)
-
-
-def any_seed(plan: Plan, rng: np.random.Generator) -> int:
-    return int(rng.integers(2**31))
-
-
-def any_place_on_belt(plan: Plan, rng: np.random.Generator) -> float:
-    return rng.uniform(0.0, plan.belt_length)
-
-
-def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    return float(np.exp(rng.uniform(math.log(low), math.log(high))))
 
 
 # Courses in travel and time: steps, random walks, a machine that warms up.

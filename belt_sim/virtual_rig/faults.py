@@ -11,20 +11,17 @@ import numpy as np
 
 from belt_sim.case import GRAVITY
 from belt_sim.virtual_rig.fault import (
+    ANY_PHASE,
     TAIL,
     TIME_CONSTANT,
     Fault,
-    any_phase,
-    any_place_on_belt,
+    between,
     fault,
-    shape,
     size,
     warm_up,
 )
 from belt_sim.virtual_rig.line import (
-    roll_at_tail,
     tilt_sensitivity,
-    uniform_load,
     unit_load,
 )
 
@@ -47,13 +44,6 @@ def steady(load: Callable) -> Callable:
 
 
 # The belt itself: natural curvature, weld, edge.
-
-
-def _camber_read(f, value, place, s, line):
-    if not place.endswith("mid_span"):
-        return value
-    per_curvature = line.bending * line.span_length * tilt_sensitivity(line, place == "upper_mid_span").mean(axis=1)
-    return value + f.kappa_c * per_curvature
 
 
 def _warm_edge(f, width):
@@ -141,7 +131,7 @@ def _edge(f, place, s, line):
 
 
 #: a place as a share of the span's length, counted from the head to the tail pulley
-_PLACE_ON_SPAN = shape(0.5, lambda plan, rng: rng.uniform(0.1, 0.9), lambda plan: (0.15, 0.4, 0.6, 0.85))
+_PLACE_ON_SPAN = between(0.5, 0.1, 0.9, grid=(0.15, 0.4, 0.6, 0.85))
 
 
 def _drag_scene(f, parts, case):
@@ -149,11 +139,6 @@ def _drag_scene(f, parts, case):
     half, travel = 0.5 * float(case.belt.width), float(case.settings.direction) * (1.0 if f.above else -1.0)
     span, x = "upper" if f.above else "lower", f.place * float(case.rig.centre_distance)
     return parts.with_push(span=span, x=x, along=-abs(f.moment) / half * travel, couple=f.moment * travel)
-
-
-def _excursion(plan) -> float:
-    """How far the belt may come in the record [m]: a sixth of what a rope would make of its largest yaw."""
-    return plan.largest_yaw * plan.length / 6 + 1e-4
 
 
 def _guide_push(f, s, line, load, free, kept):
@@ -185,12 +170,6 @@ def _askew_at_first(f, s, line):
     return np.stack([-f.beta_1 * line.tail_radius * np.sin(at), f.beta_1 * np.cos(at), none, none])
 
 
-def _askew_scene(f, parts, case):
-    """The scene counts the pulley's turn from head to tail on top, the fault along the travel."""
-    phase = f.phase * float(case.settings.direction)
-    return parts.with_pulley("tail", wobble=f.beta_1, wobble_phase=phase) if f.beta_1 else parts
-
-
 def _slip_set(f, line):
     slippery = np.broadcast_to(f.inverse_friction, line.friction.shape)
     with np.errstate(divide="ignore"):
@@ -213,7 +192,13 @@ _TABLE: dict[str, dict[str, Any]] = {
         "turn": lambda f, s, line, y, kappa: np.broadcast_to(  # by Betti: what the span's shape does not take up
             f.kappa_c * (1 - line.runup_sensitivity.mean(axis=1) * line.span_length), kappa.shape
         ),
-        "read": _camber_read,
+        "read": lambda f, value, place, s, line: (
+            value
+            + f.kappa_c
+            * (line.bending * line.span_length * tilt_sensitivity(line, place == "upper_mid_span").mean(axis=1))
+            if place.endswith("mid_span")
+            else value
+        ),
         "scene": lambda f, parts, case: (
             parts.with_camber(lambda s: np.full(np.shape(s), f.kappa_c)) if f.kappa_c else parts
         ),
@@ -233,7 +218,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     "weld": {
         "words": "A kink of the belt over a raised cosine; at travel 0 ``at`` along it from point 4 over 1, 2, 3.",
         "angle": size("rad", 2e-4, 2e-3),
-        "at": shape(5.64, any_place_on_belt, lambda plan: [k * plan.belt_length for k in np.arange(8) / 8]),
+        "at": between(5.64, 0.0, 1.0, "belt_length", np.arange(8) / 8),
         "turn": _weld_turn,
         "read": _weld_read,
         "scene": _weld_scene,
@@ -266,7 +251,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "above": True,
         "force": size("N", 0.2, 50.0),
         "place": _PLACE_ON_SPAN,
-        "loads": lambda f, line: (unit_load(line, f.above, f.place),),
+        "loads": lambda f, line: (unit_load(line, f.above, "force", f.place),),
         "push": lambda f, s, line, load, free, kept: (f.force * line.direction, kept),
         "scene": lambda f, parts, case: parts.with_push(
             span="upper" if f.above else "lower",
@@ -280,7 +265,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "above": True,
         "moment": size("N m", 0.5, 50.0),
         "place": _PLACE_ON_SPAN,
-        "loads": lambda f, line: (unit_load(line, f.above, f.place, couple=True),),
+        "loads": lambda f, line: (unit_load(line, f.above, "couple", f.place),),
         "push": steady(lambda f, s, line: f.moment),
         "scene": _drag_scene,
     },
@@ -289,7 +274,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "above": True,
         "idle_on": ("beam_th2",),
         "moment": size("N", 2e-3, 1.0),
-        "loads": lambda f, line: (uniform_load(line, f.above, roll=True),),
+        "loads": lambda f, line: (unit_load(line, f.above, "spread_roll"),),
         "push": steady(lambda f, s, line: -f.moment),
         "scene": lambda f, parts, case: (
             replace(parts, roll=parts.roll - f.moment)
@@ -301,24 +286,18 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "Rollers on both sides of a span, ``at`` from the tail: elastic stops ``gap`` off the belt's edges.",
         "stiffness": size("N/m", 1e5, 1e7, positive=True),
         "stiffness_lower": size("N/m", 1e5, 1e7, positive=True),
-        "gap": shape(
-            5e-4,
-            lambda plan, rng: rng.uniform(0.1, 0.6) * _excursion(plan),
-            lambda plan: [share * _excursion(plan) for share in (0.2, 0.5)],
+        "gap": between(5e-4, 0.1, 0.6, "excursion", (0.2, 0.5)),
+        "at": between(1.0, 0.15, 0.85, "machine.centre_distance.value", (0.3, 0.7)),
+        "loads": lambda f, line: tuple(
+            unit_load(line, upper, "force", 1 - f.at / line.span_length) for upper in (True, False)
         ),
-        "at": shape(
-            1.0,
-            lambda plan, rng: rng.uniform(0.15, 0.85) * plan.machine.centre_distance.value,
-            lambda plan: [share * plan.machine.centre_distance.value for share in (0.3, 0.7)],
-        ),
-        "loads": lambda f, line: tuple(unit_load(line, upper, 1 - f.at / line.span_length) for upper in (True, False)),
         "push": _guide_push,
         "scene": _guide_scene,
     },
     "machine_tilt": {
         "words": "The machine leans about its long axis: a share of the weight, q angle, pulls both spans towards +y.",
         "angle": size("rad", 2e-3, 0.05),
-        "loads": lambda f, line: (uniform_load(line, True), uniform_load(line, False)),
+        "loads": lambda f, line: tuple(unit_load(line, upper, "spread_force") for upper in (True, False)),
         "push": lambda f, s, line, load, free, kept: (
             f.angle * (line.density * line.gravity * line.width * line.thickness),
             kept,
@@ -407,7 +386,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The tail's axis rises by gamma towards +y: it shifts the belt on its wrap and rolls the spans.",
         "gamma": size("rad", 1e-3, 5e-3),
         "set": adds("cant", "gamma"),
-        "loads": lambda f, line: (roll_at_tail(line, True), roll_at_tail(line, False)),
+        "loads": lambda f, line: tuple(unit_load(line, upper, "roll_at_tail") for upper in (True, False)),
         "push": steady(lambda f, s, line: f.gamma),
         "scene": on_pulley("tail", "cant", "gamma"),
     },
@@ -421,14 +400,18 @@ _TABLE: dict[str, dict[str, Any]] = {
     "wobble": {
         "words": "The tail pulley sits askew on its shaft.",
         "beta_1": size("rad", 1e-3, 2e-3),
-        "phase": shape(0.0, any_phase, lambda plan: (0.0, np.pi / 2)),
+        "phase": ANY_PHASE,
         "turn": lambda f, s, line, y, kappa: (
             f.beta_1 * np.cos(_askew(f, s, line) - np.pi / 2) / line.tail_radius * TAIL
         ),
-        "loads": lambda f, line: (roll_at_tail(line, True), roll_at_tail(line, False)),
+        "loads": lambda f, line: tuple(unit_load(line, upper, "roll_at_tail") for upper in (True, False)),
         "push": steady(lambda f, s, line: line.direction * f.beta_1 * np.sin(_askew(f, s, line))),
         "initial_state": _askew_at_first,
-        "scene": _askew_scene,
+        "scene": lambda f, parts, case: (  # it counts the turn from head to tail on top, not along the travel
+            parts.with_pulley("tail", wobble=f.beta_1, wobble_phase=f.phase * float(case.settings.direction))
+            if f.beta_1
+            else parts
+        ),
     },
     # How the pulleys hold the belt: friction, cover, film, bending layer.
     "slip": {
@@ -448,11 +431,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     "traction_loss": {
         "words": "A film above a speed: the belt follows its contact angle in part, by 1 - loss (v - onset), on both.",
         "loss": size("s/m", 0.2, 1.0, positive=True),
-        "onset": shape(
-            0.0,
-            lambda plan, rng: rng.uniform(0.0, 0.8) * max(run.speed for run in plan.runs),
-            lambda plan: [share * max(run.speed for run in plan.runs) for share in (0.0, 0.7)],
-        ),
+        "onset": between(0.0, 0.0, 0.8, "largest_speed", (0.0, 0.7)),
         "slide": lambda f, s, line, alpha: np.maximum(1 - f.loss * np.maximum(line.speed - f.onset, 0.0), 0.0),
     },
     "lift_off": {

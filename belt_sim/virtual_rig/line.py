@@ -86,13 +86,13 @@ def solve_span(
     nodes, (batch, n, 4), while the ends are at rest but for ``tilts``, those of the run-off and the run-up.
     """
     count = 2**DOUBLINGS
-
-    def along(value, factor) -> np.ndarray:  # (batch, 1), or (batch, elements) of a span that changes along its way
-        factor = np.asarray(factor, dtype=float)
-        return value[:, None] * (factor if factor.ndim == 2 else factor.reshape(-1, 1))
-
+    # of every element, (batch, 1), or (batch, elements) of a span that changes along its way
     stated = (bending, sections.bending), (force, sections.tension), (torsion, sections.torsion)
-    factors = np.broadcast_arrays(*(along(*pair) for pair in (*stated, (sag_curvature, sections.sag))))
+    factors = [
+        value[:, None] * np.reshape(factor, np.shape(factor) if np.ndim(factor) == 2 else (-1, 1))
+        for value, factor in (*stated, (sag_curvature, sections.sag))
+    ]
+    factors = np.broadcast_arrays(*factors)
     pieces = element(np.broadcast_to(length[:, None] / count, factors[0].shape), *factors)
     if np.any(sections.roll_spring):
         pieces = np.broadcast_to(pieces, (len(length), count, 8, 8)).copy()
@@ -298,25 +298,41 @@ class UnitLoad:
     give: np.ndarray
 
 
-def load_on_nodes(line: Line, upper: bool, loads: np.ndarray, tilts=(), y_at_place=None) -> UnitLoad:
-    """What acts on the nodes of a span, shape (batch, n, 4), as a load; y_at_place: of fields (batch, n, 4, k)."""
-    to_tail = (line.direction > 0) == upper
+def unit_load(line: Line, upper: bool, kind: str, share=None) -> UnitLoad:
+    """A unit load of a kind on the span above, or below.
+
+    kind: force, 1 N towards +y at ``share`` of the span's length, counted from the head to the tail pulley; couple,
+    1 N m about the vertical there, turning y' upwards along the travel; spread_force, 1 N/m towards +y all along;
+    spread_roll, 1 N m per m about the long axis, lifting the side y > 0; roll_at_tail, 1 rad of roll, the side y > 0
+    up, of the tail pulley where the span meets it.
+    """
+    count, to_tail, tilts = 2**DOUBLINGS, (line.direction > 0) == upper, ()
+    h, lanes = line.span_length / count, np.arange(len(line.stress))
+    loads = np.zeros((len(lanes), count + 1, 4))  # on the nodes: force, couples, and on the slope of the tilt
+    if kind == "roll_at_tail":
+        tilts = ~to_tail, to_tail
+    elif share is None:
+        fields = [2, 3] if kind == "spread_roll" else [0, 1]
+        pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)  # on value and slope at either end of an element
+        loads[:, :-1, fields] += pair[:, None, :2]
+        loads[:, 1:, fields] += pair[:, None, 2:]
+    else:
+        share = np.broadcast_to(np.asarray(share, dtype=float), line.stress.shape)
+        along = np.where(to_tail, share, 1 - share) * count
+        k = np.clip(along.astype(int), 0, count - 1)
+        value, first, _ = hermite(along - k, h)
+        chosen = first if kind == "couple" else value
+        loads[lanes, k, :2] += chosen[:, :2]
+        loads[lanes, k + 1, :2] += chosen[:, 2:]
+
     found = line.span(to_tail=to_tail, loads=loads, tilts=tilts)
-    row, give = np.zeros((4, len(loads))), np.zeros(len(loads))
-    if y_at_place:
-        row, give = y_at_place(line.span(to_tail=to_tail).nodes).T, y_at_place(found.nodes)[:, 0]
+    row, give = np.zeros((4, len(lanes))), np.zeros(len(lanes))
+    if share is not None:  # y at the place, from the fields (batch, n, 4, k) by the ends and by the load
+        nodes = line.span(to_tail=to_tail).nodes, found.nodes
+        ends = (np.concatenate([x[lanes, k, :2], x[lanes, k + 1, :2]], axis=1) for x in nodes)
+        by_ends, by_load = (np.einsum("bi,bik->bk", value, end) for end in ends)
+        row, give = by_ends.T, by_load[:, 0]
     return UnitLoad(upper, found.run_up[0], found.run_off[0], found.tilt[0], row, give)
-
-
-def no_loads(line: Line) -> np.ndarray:
-    """Nothing on any node of a span, shape (batch, n, 4): force, couples, and what acts on the slope of the tilt."""
-    return np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
-
-
-def roll_at_tail(line: Line, upper: bool) -> UnitLoad:
-    """1 rad of roll, the side y > 0 up, of the tail pulley where the span meets it."""
-    last = (line.direction > 0) == upper
-    return load_on_nodes(line, upper, no_loads(line), (~last, last))
 
 
 def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
@@ -324,34 +340,7 @@ def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
 
     By Betti's theorem natural curvature there tilts mid-span by EI times as much.
     """
-    loads = no_loads(line)
+    loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
     loads[:, 2 ** (DOUBLINGS - 1), 2] = 1.0
     nodes = line.span(to_tail=(line.direction > 0) == upper, loads=loads).nodes
     return curvature_along(nodes, line.span_length, line.sag_roll * line.sag_curvature)[..., 0]
-
-
-def uniform_load(line: Line, upper: bool, *, roll: bool = False) -> UnitLoad:
-    """1 N/m towards +y all along; roll: 1 N m per m about the long axis instead, lifting the side y > 0."""
-    h, fields, loads = line.span_length / 2**DOUBLINGS, [2, 3] if roll else [0, 1], no_loads(line)
-    pair = np.stack([h / 2, h**2 / 12, h / 2, -(h**2) / 12], -1)  # on a value and its slope at either end of an element
-    loads[:, :-1, fields] += pair[:, None, :2]
-    loads[:, 1:, fields] += pair[:, None, 2:]
-    return load_on_nodes(line, upper, loads)
-
-
-def unit_load(line: Line, upper: bool, share, *, couple: bool = False) -> UnitLoad:
-    """1 N towards +y at a share of the span's length, counted from the head to the tail pulley; couple: 1 N m about the
-    vertical instead, turning y' upwards along the travel."""
-    count = 2**DOUBLINGS
-    share = np.broadcast_to(np.asarray(share, dtype=float), line.stress.shape)
-    along = np.where((line.direction > 0) == upper, share, 1 - share) * count
-    k = np.clip(along.astype(int), 0, count - 1)
-    value, first, _ = hermite(along - k, line.span_length / count)
-    lanes, loads, chosen = np.arange(len(k)), no_loads(line), first if couple else value
-    loads[lanes, k, :2] += chosen[:, :2]
-    loads[lanes, k + 1, :2] += chosen[:, 2:]
-
-    def y_at_place(nodes):
-        return np.einsum("bi,bik->bk", value, np.concatenate([nodes[lanes, k, :2], nodes[lanes, k + 1, :2]], axis=1))
-
-    return load_on_nodes(line, upper, loads, y_at_place=y_at_place)

@@ -72,18 +72,9 @@ class DelayHistory:
         values = [np.interp(s[:, b], self.nodes, rows[:, b], left=0.0) for b in lanes]
         return np.where(s > 0, np.stack(values, axis=1), 0.0)
 
-    def wrap_exit(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """``wrap_exit_without_slip`` once friction has let the belt go there, for travels (n, batch) that the march has
-        been to.
-        """
-        tail, head = self.wrap_exit_without_slip(s)
-        if not self.gone.any():
-            return tail, head
-        gone = np.stack([self.interpolate(self.gone[:, k], s) for k in range(4)])
-        return tail + gone[:2], head + gone[2:]
-
-    def wrap_exit_without_slip(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """(y, alpha) of what leaves the tail and the head pulley at travel s, each shape (2, ..., batch)."""
+    def wrap_exit(self, s: np.ndarray, *, slipped: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """(y, alpha) of what leaves the tail and the head pulley at travel s, each shape (2, ..., batch); slipped: once
+        friction has let the belt go there, for travels (n, batch) that the march has been to."""
         line = self.line
         tail, head = self.state_at(s - line.wrap_tail, 0, 2), self.state_at(s - line.wrap_head, 2, 4)
         # round a canted tail pulley the belt follows y + gamma z = const, in all y_2 = y_1 + 2 R gamma; what lay on it
@@ -94,7 +85,10 @@ class DelayHistory:
             slid = fault.creep(s, line, np.stack([tail[1], head[1]]))
             tail[0] += slid[0]
             head[0] += slid[1]
-        return tail, head
+        if not slipped or not self.gone.any():
+            return tail, head
+        gone = np.stack([self.interpolate(self.gone[:, k], s) for k in range(4)])
+        return tail + gone[:2], head + gone[2:]
 
 
 class SpanTable:
@@ -180,9 +174,15 @@ def _zones():
     step = 1.0 / _STEPS
     while (open_ := side > 0).any():
         before = moment, angle, aside
-        first = _slopes(moment, angle, side)
-        middle = _slopes(*(x + step / 2 * dx for x, dx in zip((moment, angle, side), first, strict=True)))
-        moment, angle, side_after = (x + step * dx for x, dx in zip((moment, angle, side), middle, strict=True))
+        begin = moment, angle, side
+        at = begin
+        for part in (0.5, 1.0):  # by the midpoint rule, with the slopes of M, theta and S per width
+            moment, angle, pushed = at
+            far = np.abs(angle) / np.maximum(np.abs(moment), _FAINT)  # theta/theta'
+            lean = far * np.arcsinh(0.5 / np.maximum(far, _FAINT))
+            slopes = 0.5 * np.sqrt(0.25 + far**2) - far * lean + pushed, moment, -2 * lean
+            at = [x + part * step * dx for x, dx in zip(begin, slopes, strict=True)]
+        moment, angle, side_after = at
         aside = aside + step * (before[1] + angle) / 2
         ends = open_ & (side_after <= 0)
         part = np.where(ends, side / np.where(ends, side - side_after, 1.0), 0.0)
@@ -192,14 +192,6 @@ def _zones():
     moment, angle, aside = found
     longest, zone = 4 * moment, 2 * angle / moment
     return (longest, zone / longest), (longest, aside / (angle * zone))
-
-
-def _slopes(moment, angle, side):
-    """Per width: of M, theta and S."""
-    far = np.abs(angle) / np.maximum(np.abs(moment), _FAINT)  # theta/theta'
-    reach = np.sqrt(0.25 + far**2)
-    lean = far * np.arcsinh(0.5 / np.maximum(far, _FAINT))
-    return 0.5 * reach - far * lean + side, moment, -2 * lean
 
 
 # The march.
@@ -234,7 +226,7 @@ class _DelayEquation:
         hooks = ("yaw", "yaw_head", "turn", "recall", "slide", "tension")
         self.of = {hook: [f for f in faults if has_hook(f, hook)] for hook in hooks}
         line = past.line
-        self.here = past.wrap_exit_without_slip(np.zeros(len(line.stress)))  # what leaves the pulleys at this node
+        self.here = past.wrap_exit(np.zeros(len(line.stress)), slipped=False)  # what leaves the pulleys at this node
         self.sticks = ~np.isfinite(line.friction)
         self.slips = not self.sticks.all()
         self.soft = 1 + line.cover * line.bending
@@ -260,7 +252,7 @@ class _DelayEquation:
             turn, aside = (np.where(changed, x, 0.0) for x in gone)
             y = y + np.stack([aside[0], -turn[0], aside[1], -turn[1]])
         k1, still = self.store(k, y, k), np.zeros(len(self.line.stress))
-        half, whole = (self.history.wrap_exit_without_slip(s + share * h + still) for share in (0.5, 1.0))
+        half, whole = (self.history.wrap_exit(s + share * h + still, slipped=False) for share in (0.5, 1.0))
         k2 = self.rates(s + h / 2, k, y + h / 2 * k1, half)
         k3 = self.rates(s + h / 2, k, y + h / 2 * k2, half)
         k4 = self.rates(s + h, k, y + h * k3, whole)

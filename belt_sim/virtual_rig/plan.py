@@ -85,6 +85,16 @@ class Plan:
         """Of the tail pulley, either way [rad]."""
         return max(abs(run.yaw) for run in self.runs)
 
+    @property
+    def largest_speed(self) -> float:
+        """Of any run [m/s]."""
+        return max(run.speed for run in self.runs)
+
+    @property
+    def excursion(self) -> float:
+        """How far the belt may come in the record [m]: a sixth of what a rope would make of its largest yaw."""
+        return self.largest_yaw * self.length / 6 + 1e-4
+
 
 def grid(tensions: Sequence[float], yaws: Sequence[float], repeats: int = 2) -> tuple[RunSetting, ...]:
     """Every tension at every yaw; then ``repeats`` of these runs, evenly picked, once more."""

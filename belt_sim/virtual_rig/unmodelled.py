@@ -8,13 +8,13 @@ import numpy as np
 
 from belt_sim.case import GRAVITY
 from belt_sim.virtual_rig.fault import (
+    ANY_PHASE,
+    ANY_SEED,
     COURSE_KNOTS,
     HEAD,
     TAIL,
     Fault,
-    any_phase,
-    any_place_on_belt,
-    any_seed,
+    between,
     fault,
     log_uniform,
     random_course,
@@ -53,16 +53,6 @@ _REFERENCE, _SMALLEST = 1e-4, 1e-5  # [rad] of contact angle
 # Numbers of a row that are drawn for a plan.
 
 
-def between(default: float, low: float, high: float, of: str = "") -> Any:
-    """A number drawn evenly from ``low`` to ``high`` times the plan's ``of``."""
-    return shape(default, lambda plan, rng: rng.uniform(low, high) * (getattr(plan, of) if of else 1.0))
-
-
-def lasting(default: float, low: float, high: float) -> Any:
-    """A time [s] drawn evenly over its logarithm, from ``low`` to ``high`` times the record's duration."""
-    return shape(default, lambda plan, rng: log_uniform(rng, low * plan.duration, high * plan.duration))
-
-
 def at_tension(default: float, of: Callable[[Any, float], float]) -> Any:
     """What ``of`` (plan, tension) says of a tension between the least and the largest of the plan, a fifth apart."""
 
@@ -93,11 +83,6 @@ def _greasy_stretch(f, s, line, alpha):
     run = (np.stack([s + 0.0 * line.start, s - line.span_length - line.wrap_tail]) + line.start) / line.belt_length
     off = np.mod(run - f.at + 0.5, 1.0) - 0.5
     return 1 - f.share * np.where(np.abs(off) < f.stretch / 2, np.cos(np.pi * off / f.stretch) ** 2, 0.0)
-
-
-def _wrap_slide(f, s, line, alpha):
-    beyond = np.sign(alpha[:1]) * np.maximum(np.abs(alpha[:1]) - f.limit, 0.0)
-    return np.concatenate([-f.length * beyond, np.zeros_like(beyond)])
 
 
 def _short_range(f, value, place, s, line):
@@ -150,12 +135,6 @@ def _bend_of_cubic(f, s, line, to_tail, ends):
     chord = (y_up - y_off) / line.span_length
     q = ((up - off) ** 2 + 3 * (up + off - 2 * chord) ** 2) / np.square(f.bend)
     return q / (1 + q)
-
-
-def _touching(f, state, line, upper):
-    sag = line.sag_curvature * line.span_length**2 / 8
-    touches = np.clip((sag / f.gap - 1) / 0.1, 0.0, 1.0)
-    return Sections(roll_spring=f.stiffness * touches * ((np.asarray(f.side) > 0) == upper))
 
 
 def _slack_side(f, state, line, upper):
@@ -242,7 +221,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "The tail pulley's yaw swings with a wavelength that belongs to no part of the machine.",
         amplitude=size("rad", 1e-4, 5e-3),
         wavelength=between(7.3, 3.0, 9.0),
-        phase=shape(0.0, any_phase),
+        phase=ANY_PHASE,
         yaw=lambda f, s, line: f.amplitude * np.sin(2 * np.pi * s / f.wavelength + f.phase),
     ),
     "beating_head": row(
@@ -251,7 +230,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         amplitude=size("rad", 1e-4, 5e-3),
         wavelength=between(4.0, 2.5, 7.0),
         ratio=between(1.15, 1.08, 1.3),
-        phase=shape(0.0, any_phase),
+        phase=ANY_PHASE,
         yaw_head=lambda f, s, line: (
             f.amplitude * (np.sin((way := 2 * np.pi * s / f.wavelength) + f.phase) + np.sin(way / f.ratio))
         ),
@@ -261,7 +240,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "A fan cools the head pulley's bearing in turns: its yaw swings to and fro in straight strokes, in time.",
         amplitude=size("rad", 1e-4, 5e-3),
         period=between(40.0, 0.1, 0.5, "duration"),
-        phase=shape(0.0, any_phase),
+        phase=ANY_PHASE,
         yaw_head=lambda f, s, line: (
             f.amplitude * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * s / line.speed / f.period + f.phase))
         ),
@@ -296,7 +275,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "runup_tail | pulley_phase periodic; wave periodic; travel periodic",
         "The tail's lagging is gone on one side of a patch: a taper that acts while the patch takes the belt up.",
         kappa=size("1/m", 1e-4, 1e-2),
-        phase=shape(0.0, any_phase),
+        phase=ANY_PHASE,
         narrow=between(3.0, 1.5, 5.0),
         turn=lambda f, s, line, y, kappa: (
             f.kappa * np.exp(f.narrow * (np.cos((s + line.start) / line.tail_radius - f.phase) - 1)) * TAIL
@@ -319,7 +298,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "runup_tail | travel random",
         "The contact angle on the tail pulley takes a random walk of its own in every run.",
         size=size("rad/m^0.5", 5e-6, 1e-3, positive=True),
-        seed=shape(0, any_seed),
+        seed=ANY_SEED,
         turn=lambda f, s, line, y, kappa: (
             f.size * random_course(f.seed)[line.run, min(int(s), COURSE_KNOTS - 1)] * TAIL
         ),
@@ -377,7 +356,9 @@ _TABLE: dict[str, dict[str, Any]] = {
         "On the tail a belt that lies too much askew slides on: by ``length`` times the angle beyond a limit.",
         length=size("m", 0.5, 5.0, positive=True),
         limit=between(1e-4, 0.1, 0.4, "largest_yaw"),
-        creep=_wrap_slide,
+        creep=lambda f, s, line, alpha: np.concatenate(
+            [-f.length * (x := np.sign(alpha[:1]) * np.maximum(np.abs(alpha[:1]) - f.limit, 0.0)), np.zeros_like(x)]
+        ),
     ),
     # Tension.
     "tension_decay": row(
@@ -400,7 +381,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "tension | belt_phase periodic; wave periodic; travel periodic",
         "The tension swings by a share once a revolution of the belt, as a stiff splice goes round.",
         share=size("1", 0.1, 0.6, positive=True),
-        phase=shape(0.0, any_phase),
+        phase=ANY_PHASE,
         tension=lambda f, s, line: f.share * np.cos(2 * np.pi * (s + line.start) / line.belt_length + f.phase),
         swing=property(lambda f: (-f.share, f.share)),
     ),
@@ -442,9 +423,9 @@ _TABLE: dict[str, dict[str, Any]] = {
         "A bent idler under the lower span pushes it to and fro as it turns.",
         force=size("N", 1.0, 200.0),
         wavelength=between(2.2, 1.5, 4.5),
-        phase=shape(0.0, any_phase),
+        phase=ANY_PHASE,
         share=between(0.5, 0.2, 0.8),
-        loads=lambda f, line: (unit_load(line, False, f.share),),
+        loads=lambda f, line: (unit_load(line, False, "force", f.share),),
         push=lambda f, s, line, load, free, kept: (
             f.force * np.cos(2 * np.pi * s / f.wavelength + f.phase) + 0 * free,
             kept,
@@ -456,14 +437,14 @@ _TABLE: dict[str, dict[str, Any]] = {
         force=size("N", 0.5, 100.0, positive=True),
         stiffness=shape(5e3, lambda plan, rng: 10 ** rng.uniform(2.5, 4.5)),
         share=between(0.5, 0.2, 0.8),
-        loads=lambda f, line: (unit_load(line, True, f.share),),
+        loads=lambda f, line: (unit_load(line, True, "force", f.share),),
         push=_sticky_rest,
     ),
     "wind_steps": row(
         "span | travel random",
         "Wind presses on both spans, changing every 9 m: p bends a clamped span by p L^2/(12 EI) at its end.",
         pressure=size("N/m", 0.03, 5.0, positive=True),
-        seed=shape(0, any_seed),
+        seed=ANY_SEED,
         turn=lambda f, s, line, y, kappa: np.broadcast_to(
             f.pressure
             * random_course(f.seed)[line.run, min(int(s / 9.0), COURSE_KNOTS - 1)]
@@ -502,7 +483,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         idle_on=FLAT,
         span_states=_STATES,
         share=size("1", 0.4, 0.95, positive=True),
-        time=lasting(30.0, 0.08, 0.4),
+        time=between(30.0, 0.08, 0.4, "duration", log=True),
         sections=lambda f, state, line, upper: Sections(torsion=1 - f.share * state + 0 * line.stress),
         span_state=lambda f, s, line, to_tail, ends: -np.expm1(-_since(s, line) / f.time),
     ),
@@ -532,7 +513,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "A span stiffens with its amplitude: EI (1 + c q/(1 + q)), q the mean square of its bend over ``bend``.",
         span_states=_STATES,
         c=size("1", 0.4, 10.0, positive=True),
-        bend=shape(5e-4, lambda plan, rng: log_uniform(rng, 0.5 * plan.largest_yaw, 3.0 * plan.largest_yaw)),
+        bend=between(5e-4, 0.5, 3.0, "largest_yaw", log=True),
         sections=lambda f, state, line, upper: Sections(bending=1 + f.c * state + 0 * line.stress),
         span_state=_bend_of_cubic,
     ),
@@ -548,7 +529,11 @@ _TABLE: dict[str, dict[str, Any]] = {
             ),
         ),
         side=shape(_LOWER, lambda plan, rng: rng.choice((_UPPER, _LOWER))),
-        sections=_touching,
+        sections=lambda f, state, line, upper: Sections(
+            roll_spring=f.stiffness
+            * np.clip((line.sag_curvature * line.span_length**2 / 8 / f.gap - 1) / 0.1, 0.0, 1.0)
+            * ((np.asarray(f.side) > 0) == upper)
+        ),
     ),
     "thermal_crossbow": row(
         "span_torsion | travel exponential, saturating; time_since_step exponential, saturating",
@@ -556,7 +541,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         idle_on=FLAT,
         span_states=_STATES,
         share=size("1", 0.5, 20.0, positive=True),
-        time=lasting(30.0, 0.08, 0.5),
+        time=between(30.0, 0.08, 0.5, "duration", log=True),
         sections=lambda f, state, line, upper: Sections(torsion=1 + f.share * state * upper),
         span_state=lambda f, s, line, to_tail, ends: -np.expm1(-np.maximum(s, 0.0) / line.speed / f.time),
     ),
@@ -571,7 +556,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "The belt bends more easily where it is joined: EI falls by ``share`` there, while the joint is in a span.",
         **_PASSING,
         share=size("1", 0.6, 0.95, positive=True),
-        at=shape(3.0, any_place_on_belt),
+        at=between(3.0, 0.0, 1.0, "belt_length"),
         stretch=between(0.2, 0.15, 0.5),
         sections=lambda f, state, line, upper: Sections(
             bending=1 - np.reshape(f.share, (-1, 1)) * _bump(f, state) + 0 * line.stress[:, None]
@@ -583,7 +568,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         idle_on=FLAT,
         **_PASSING,
         c=size("1", 5.0, 200.0, positive=True),
-        at=shape(3.0, any_place_on_belt),
+        at=between(3.0, 0.0, 1.0, "belt_length"),
         stretch=between(0.2, 0.15, 0.5),
         sections=lambda f, state, line, upper: Sections(
             torsion=1 + np.reshape(f.c, (-1, 1)) * _bump(f, state) + 0 * line.stress[:, None]
