@@ -96,12 +96,6 @@ def late_records(travel: np.ndarray, share: float = LATE_SHARE) -> np.ndarray:
     return late
 
 
-def offsets(curves: Curves) -> tuple[float, float]:
-    """Lateral offset across the spans at the end of the record [m]: upper y1 - y4, lower y3 - y2."""
-    y = np.asarray(curves.y)[:, -1]
-    return float(y[0] - y[3]), float(y[2] - y[1])
-
-
 def curves_columns(curves: Curves) -> dict[str, np.ndarray]:
     """Return the columns of curves.csv by name: travel_m, y1_mm..y4_mm, and what else the model gives."""
     columns: dict[str, np.ndarray] = {"travel_m": np.asarray(curves.travel)}

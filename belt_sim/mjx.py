@@ -40,10 +40,6 @@ __all__ = [
 ]  # fmt: skip
 
 
-def __dir__() -> list[str]:
-    return sorted(__all__)
-
-
 # A belt to be steered, as an environment in the form of MuJoCo Playground: reset, step, observation, reward.
 #
 # Belts run on MJX at their tension and speed. From a reset on, the tail pulley stands askew by an unknown angle, may be

@@ -21,12 +21,8 @@ from belt_sim.line.march import KEEP, MARCH_STEP, march_driven
 from belt_sim.line.spans import ALL_HOOKS, Composition, steady_rate
 
 
-@runtime_checkable
-class Model(Protocol):
-    """A belt that can be run.
-
-    name, title: as in configurations, and in words; contains: ids of effects that are built in.
-    """
+class NamedModel(Protocol):
+    """What both kinds of models have. name, title: as in configurations, and in words."""
 
     @property
     def name(self) -> str: ...
@@ -34,11 +30,16 @@ class Model(Protocol):
     @property
     def title(self) -> str: ...
 
-    @property
-    def contains(self) -> frozenset[str]: ...
-
     def refusal(self, effect: Any) -> str | None:
         """Why this model cannot represent an effect (or a class of effects); None when it can."""
+
+
+@runtime_checkable
+class Model(NamedModel, Protocol):
+    """A belt that can be run. contains: ids of effects that are built in."""
+
+    @property
+    def contains(self) -> frozenset[str]: ...
 
     def admit(self, effects: Sequence[Any]) -> None:
         """Raise CannotRepresent for the first effect that this model cannot represent."""
@@ -54,17 +55,8 @@ class Model(Protocol):
 
 
 @runtime_checkable
-class SteadyModel(Protocol):
+class SteadyModel(NamedModel, Protocol):
     """A formula for the late rate, without curves and without effects."""
-
-    @property
-    def name(self) -> str: ...
-
-    @property
-    def title(self) -> str: ...
-
-    def refusal(self, effect: Any) -> str | None:
-        """Why it cannot represent an effect: it reads none."""
 
     def steady_rate(self, case: Case) -> float:
         """Late drift w = dy/ds of all four points [m/m]."""

@@ -32,7 +32,7 @@ class Range:
         if unit not in units:
             known = ", ".join(filter(None, units)) or "no unit"
             what = "unknown unit" if unit else "the unit is missing"
-            raise InputError(name, _short(value), unit, f"{what}; use one of {known}")
+            raise InputError(name, f"{value:.12g}", unit, f"{what}; use one of {known}")
         one = units[unit]
         if self.holds(value * one):
             return value * one
@@ -40,9 +40,10 @@ class Range:
         meant = "check the value and its unit"
         for other, factor in units.items() if self.dimension != "number" and value else ():
             if factor != one and self.holds(value * factor):
-                meant = f"did you mean {_short(value)} {other}, that is {_short(value * factor / one)} {unit}?"
+                meant = f"did you mean {value:.12g} {other}, that is {value * factor / one:.12g} {unit}?"
                 break
-        raise InputError(name, _short(value), unit, f"must be {low} {self.high:g} {self.unit}".rstrip() + f"; {meant}")
+        bounds = f"must be {low} {self.high:g} {self.unit}".rstrip()
+        raise InputError(name, f"{value:.12g}", unit, f"{bounds}; {meant}")
 
     def holds(self, si: Any) -> Any:
         """Whether an SI value, or each of an array, lies in the range, up to rounding."""
@@ -50,10 +51,6 @@ class Range:
         rounding = 1e-12 * factor * max(abs(self.low), abs(self.high))
         above = si > self.low * factor if self.open_low else si >= self.low * factor - rounding
         return above & (si <= self.high * factor + rounding)
-
-
-def _short(value: float) -> str:
-    return f"{value:.6g}" if abs(value) < 1e6 else f"{value:.15g}"
 
 
 _RADIUS = Range("length", 5.0, 5000.0, "mm")
@@ -250,26 +247,30 @@ def schedule_from(spec: Any, name: str) -> Schedule:
     """
     if isinstance(spec, Schedule):
         return spec
-    if not isinstance(spec, Sequence) or isinstance(spec, str):
-        return Schedule.step(_angle(name, spec))
-    at, over, wanted = [], [], []
-    for entry in spec:
+    listed = isinstance(spec, Sequence) and not isinstance(spec, str)
+    at, over, wanted = [], [], [0.0]
+    for entry in (spec or [{"at": 0.0, "yaw": 0.0}]) if listed else [{"at": 0.0, "yaw": spec}]:
         if not isinstance(entry, Mapping) or not {"at", "yaw"} <= set(entry) <= {"at", "over", "yaw"}:
             raise InputError(name, entry, "", "write {at: metres, yaw: degrees, over: metres}")
         at.append(finite(f"{name}.at", entry["at"], "m"))
         over.append(finite(f"{name}.over", entry.get("over", 0.0), "m"))
-        wanted.append(_angle(f"{name}.yaw", entry["yaw"]))
-        if (
-            at[-1] < 0
-            or over[-1] < 0
-            or (len(at) > 1 and (at[-1] < at[-2] + over[-2] or (at[-1] == at[-2] and over[-1] == 0.0)))
-        ):
-            raise InputError(
-                f"{name}.at", at[-1], "m", "entries must follow one another from travel 0 on, one step a place"
-            )
-    if not at:
-        return Schedule.step(0.0)
-    return Schedule(at=np.array(at), over=np.array(over), change=np.diff([0.0, *wanted]))
+        overlaps = len(at) > 1 and (at[-1] < at[-2] + over[-2] or (at[-1] == at[-2] and over[-1] == 0.0))
+        if at[-1] < 0 or over[-1] < 0 or overlaps:
+            remedy = "entries must follow one another from travel 0 on, one step a place"
+            raise InputError(f"{name}.at", at[-1], "m", remedy)
+
+        # degrees, or {dx, d} by equation (1) of the paper: tan(yaw) = 2 dx / d, where the ends of the axis, d apart,
+        # are moved by dx in opposite directions
+        angle, its = entry["yaw"], f"{name}.yaw" if listed else name
+        if isinstance(angle, Mapping):
+            if set(angle) != {"dx", "d"}:
+                raise InputError(its, dict(angle), "", "give either degrees or {dx: metres, d: metres}, equation (1)")
+            dx, d = (finite(f"{its}.{key}", angle[key], "m") for key in ("dx", "d"))
+            if d <= 0.0:
+                raise InputError(f"{its}.d", f"{d:g}", "m", "give the distance of the axis' ends, above 0")
+            angle = math.atan2(2.0 * dx, d) / DEGREE
+        wanted.append(BOUNDS["yaw"].check(finite(its, angle, "degrees"), name=its))
+    return Schedule(at=np.array(at), over=np.array(over), change=np.diff(wanted))
 
 
 def check_range(cfg: Mapping[str, Any], key: str) -> float:
@@ -279,16 +280,3 @@ def check_range(cfg: Mapping[str, Any], key: str) -> float:
     bounds = BOUNDS[key.rpartition(".")[2]]
     unit = _CONF_UNITS[bounds.dimension]
     return bounds.check(finite(key, cfg[key], unit), unit, name=key)
-
-
-def _angle(name: str, value: Any) -> float:
-    """Yaw [rad] from degrees, or from {dx, d} in metres by equation (1) of the paper: tan(yaw) = 2 dx / d, where the
-    ends of the axis, d apart, are moved by dx in opposite directions."""
-    if isinstance(value, Mapping):
-        if set(value) != {"dx", "d"}:
-            raise InputError(name, dict(value), "", "give either degrees or {dx: metres, d: metres}, equation (1)")
-        dx, d = (finite(f"{name}.{key}", value[key], "m") for key in ("dx", "d"))
-        if d <= 0.0:
-            raise InputError(f"{name}.d", f"{d:g}", "m", "give the distance of the axis' ends, above 0")
-        value = math.atan2(2.0 * dx, d) / DEGREE
-    return BOUNDS["yaw"].check(finite(name, value, "degrees"), name=name)

@@ -10,7 +10,7 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.case import Case, Schedule
+from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.law import RELATIVE, GenericLaw
 from belt_sim.effects.pulley import LiftOff, Slip, with_side_force
@@ -59,7 +59,7 @@ def limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit
     M is the strip's entry moment after the largest step or angle of a yaw.
     """
     rig, belt, force = case.rig, case.belt, case.tension_force
-    yaw = max(_largest(case.settings.yaw), _largest(case.settings.yaw_head))
+    yaw = _largest_yaw(case)
     runup, flat, carried, lifted, *fields = (np.asarray(x) for x in _SPANS(case))
     moment = abs(float(fields[2] * runup)) * yaw
     # the belt slips on z = 4 R M/(mu F b) of its pulley and turns by M z/2 EI, so that y gains z/s; at s = L/4
@@ -69,7 +69,7 @@ def limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit
     # F - rho A v^2 is the tension that counts, and low-tension movement goes with its third power
     fast = 3.0 * belt.density * case.settings.speed**2 / case.settings.tension
     layer = float(np.abs(lifted / carried - 1.0).max())  # of both spans: the lower one's, whichever way it runs
-    deep, thick = _deep_sag(case), _thick_belt(case)
+    deep, thick = _deep_and_thick(case)
     hanging = "strip_lift_off" if layer > WRONG else "strip"
     found = (  # name, load, the effect that moves it out of the way, and words
         ("flat_belt", abs(flat / runup - 1.0) / WRONG, "sag_roll", f"the spans sag and tilt: use {hanging}"),
@@ -108,15 +108,14 @@ def geometric(case: Case) -> tuple[Limit, ...]:
     rig, belt, tension = case.rig, case.belt, float(case.settings.tension)
     radii = float(rig.head_radius), float(rig.tail_radius)
     span = float(rig.span_length)
-    yaw = max(_largest(case.settings.yaw), _largest(case.settings.yaw_head))
+    yaw = _largest_yaw(case)
     softened = float(belt.youngs_modulus) / (1.0 + float(sag_softening(case)))  # sag takes up what an edge lacks
     stretch = softened * float(belt.width) * yaw / (2.0 * span)
     found = (
         Limit("no_strip", NARROW * belt.thickness / belt.width, f"the belt is less than {NARROW:g} thicknesses wide"),
         Limit("short_span", SHORT * belt.width / span, "the spans are shorter than the belt is wide: it is a plate"),
         Limit("large_pulleys", sum(radii) / (NEAR * float(rig.centre_distance)), "the pulleys nearly touch"),
-        _thick_belt(case),
-        _deep_sag(case),
+        *_deep_and_thick(case),
         Limit("edge_stretch", stretch / tension, "the yaw stretches one edge so far that the other goes slack"),
         Limit("off_pulley", belt.width / (rig.face_width or np.inf), "the belt is wider than the pulleys' faces"),
     )
@@ -248,20 +247,19 @@ def _beyond_linear(case: Case, x, per_runup, bending, torsion, sag_curvature, fo
     return float(4.0 * max(abs(stretch - relief), NEXT * max(stretch, relief)) / moment[-1])
 
 
-def _largest(schedule: Schedule) -> float:
-    """The largest angle or change of angle of a schedule [rad]."""
-    change = np.atleast_1d(np.asarray(schedule.change, float))
-    return float(max(np.abs(change).max(initial=0.0), np.abs(np.cumsum(change)).max(initial=0.0)))
+def _largest_yaw(case: Case) -> float:
+    """The largest angle or change of angle of either pulley [rad]."""
+    changes = [np.atleast_1d(np.asarray(x.change, float)) for x in (case.settings.yaw, case.settings.yaw_head)]
+    return float(max(np.abs([*x, *np.cumsum(x)]).max(initial=0.0) for x in changes))
 
 
-def _deep_sag(case: Case) -> Limit:
-    """Slope of the hanging span at its ends psi = Z L/2; laws take cos psi = 1."""
+def _deep_and_thick(case: Case) -> tuple[Limit, Limit]:
+    """The limits deep_sag, slope of the hanging span at its ends psi = Z L/2 (laws take cos psi = 1), and thick_belt,
+    bending stress E h/2R over the pulley and the tension."""
     slope = case.sag_curvature * case.rig.span_length / 2.0
-    return Limit("deep_sag", float(slope**2 / 2.0 / WRONG), "the spans hang so low that they are no parabolas")
-
-
-def _thick_belt(case: Case) -> Limit:
-    """Bending stress E h/2R over the pulley, and the tension."""
     radius = min(case.rig.head_radius, case.rig.tail_radius)
     stress = case.belt.youngs_modulus * case.belt.thickness / (2.0 * radius) + case.settings.tension
-    return Limit("thick_belt", float(stress / STRENGTH), "belt steel tires or yields when bent over such a pulley")
+    return (
+        Limit("deep_sag", float(slope**2 / 2.0 / WRONG), "the spans hang so low that they are no parabolas"),
+        Limit("thick_belt", float(stress / STRENGTH), "belt steel tires or yields when bent over such a pulley"),
+    )

@@ -22,7 +22,7 @@ from belt_sim.importing.sheets import PLAN_COLUMNS, plan_for, plan_rows, templat
 from belt_sim.io import write_text
 from belt_sim.results.words import Table
 from belt_sim.settings import BOUNDS, belt_from, rig_from
-from belt_sim.show.terminal import console, rich_table
+from belt_sim.show.terminal import rich_table
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 PICTURE = "understood.png"
@@ -49,7 +49,7 @@ def new_campaign(folder: Path, config: Mapping[str, Any]) -> Campaign:
     places = config["signals"] if isinstance(config["signals"], list) else [config["signals"]]
     campaign = template(folder, rig, belt, planned, [str(p) for p in places], travel, str(config["title"]))
     title = f"Runs to measure, {travel:g} m each"
-    console().print(rich_table(Table(title, PLAN_COLUMNS, plan_rows(planned), left=("run", "good for"))))
+    Console(highlight=False).print(rich_table(Table(title, PLAN_COLUMNS, plan_rows(planned), left=("run", "good for"))))
     print(f"campaign  {folder}\n          campaign.yaml: replace what says REPLACE; plan.md: this table")
     print(f"next      belt-sim check campaign={folder} travel={travel:g}")
     for warning in harm_warnings(campaign):
@@ -134,7 +134,7 @@ def draft_text(proposal: Proposal) -> str:
 
 def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
     """What an import understood, in the terminal: tables of columns, runs and noise, and what is left open."""
-    out = out or console()
+    out = out or Console(highlight=False)
     piped = not out.is_terminal and "COLUMNS" not in os.environ  # a pipe has a sentence a line
 
     def several(names: Sequence[str]) -> str:

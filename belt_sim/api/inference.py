@@ -42,7 +42,7 @@ from belt_sim.effects.base import Effect, library
 from belt_sim.errors import InputError, flag, whole
 from belt_sim.jax_setup import one_blas_thread
 from belt_sim.results import words
-from belt_sim.results.diagnosis import APART, Diagnosis, Discovery, NextRun
+from belt_sim.results.diagnosis import SURE_APART, Diagnosis, Discovery, NextRun
 from belt_sim.results.estimates import MachineSizes, display_unit
 from belt_sim.results.words import Display, Table
 from belt_sim.show.observers import stages_shown
@@ -110,7 +110,7 @@ def diagnose(
         )  # fmt: skip
         if not any(s.severity == "stop" for s in findings.suspicions):  # mistakes that explain more are told beside
             better = [e for e in of_sheet if e.gain > findings.decision.explanations[0].gain]
-            told = [e.suspicion for e in better if e.gain > better[0].gain - APART**2]
+            told = [e.suspicion for e in better if e.gain > better[0].gain - SURE_APART**2]
             turned = [e for e in of_sheet if e.mistake.kind == "direction" and e not in better]
             told += [replace(e.suspicion, kind="travel") for e in turned]  # it explains less than the effects
             findings = replace(findings, suspicions=(*findings.suspicions, *told))

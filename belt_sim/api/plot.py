@@ -21,9 +21,10 @@ from belt_sim.effects.load import save_effects
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import write_json, write_text
 from belt_sim.results.simulation import Simulation
-from belt_sim.results.words import tension
+from belt_sim.results.words import count
 from belt_sim.show.curves import curves_picture, map_picture, steady_picture, understood_picture
 from belt_sim.show.style import save, svg_text
+from belt_sim.units import N_PER_MM2
 
 if TYPE_CHECKING:  # a curve does not wait for the types of comparisons and diagnoses
     import pandas as pd
@@ -48,7 +49,7 @@ class Picture:
 
     def save(self, path: str | os.PathLike[str], dpi: float | None = None) -> Path:
         """Write the picture to ``path`` (.png, .svg, .pdf); dpi: dots per inch of a PNG."""
-        return save(self.figure, path, dpi)  # type: ignore[no-any-return]
+        return save(self.figure, path, dpi=dpi)  # type: ignore[no-any-return]
 
     def _repr_png_(self) -> bytes:
         with tempfile.TemporaryDirectory() as scratch:
@@ -119,7 +120,7 @@ def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> 
             there["curves"] = partial(curves_picture, curves=curves, title="Points 1-4 against belt travel")
     elif isinstance(result, Simulation):
         simulated = " + ".join([_model_words(result.model), *(e.id for e in result.effects)])
-        title = f"{simulated[:1].upper()}{simulated[1:]}, {tension(float(result.case.settings.tension))} N/mm²"
+        title = f"{simulated[:1].upper()}{simulated[1:]}, {float(result.case.settings.tension) / N_PER_MM2:g} N/mm²"
         if result.curves is not None:
             there["curves"] = partial(curves_picture, curves={result.model: result.curves}, title=title)
     elif (loop := getattr(result, "plot", None)) and hasattr(result, "margins"):  # a ClosedLoop draws itself
@@ -174,8 +175,11 @@ def _model_words(name: str) -> str:
 def _compared_words(result: "Comparison | Diagnosis") -> tuple[str, dict[str, str]]:
     """Which models a picture compares with the measurement, and their names for its legend."""
     ids = added = ", ".join(e.id for e in result.effects)
-    if getattr(result, "law_instead", False):  # of a diagnosis
-        ids = added = "the discovered law"
+    from belt_sim.results.diagnosis import THE_LAW
+
+    law = getattr(getattr(result, "discovery", None), "law", None)  # of a diagnosis
+    if law is not None and not ids:
+        ids = added = THE_LAW
     elif ids:
         spoken = []
         for e in result.effects:  # in a few words, with the id; the id alone where it is one of the user's own
@@ -259,7 +263,13 @@ def write_diagnosis(folder: Path, d: "Diagnosis", *, pictures: bool) -> None:
 
     write_json(folder / "drawings.json", file_json(d.drawings))
     spread = {e.id: {n: p.u for n, p in e.parameters.items()} for e in d.effects}
-    held = f"# {d.held_as_settings}\n" if d.tied else ""
+    held = ""
+    if d.tied:
+        first, *others = (" + ".join([*d.certain_effects, *t.effects]) or "nothing" for t in d.tied)
+        held = (
+            f"# This file holds one of {count(len(d.tied))} explanations that these runs cannot tell apart, {first}; "
+        )
+        held += f"the others, with other sizes: {'; '.join(others)}\n"
     write_text(folder / "effects.yaml", held + save_effects(effects_of(d.effects), spread))
     if d.discovery is not None and d.discovery.found:
         write_discovery(folder, d.discovery)

@@ -8,14 +8,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from nicegui import run, ui
+from nicegui import app, run, ui
 
 from belt_sim.api.campaigns import imported_runs_table, noise_table, run_noise_table
 from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.api.simulate import model_for_campaign
 from belt_sim.app import widgets
-from belt_sim.app.session import GROUPS, MAX_UPLOAD, MEBI, REPORT, TOO_LARGE, Import, Place, Session
-from belt_sim.app.simulate_page import TITLES
+from belt_sim.app.session import MAX_UPLOAD, MEBI, NAMED_GROUPS, REPORT, TOO_LARGE, Import, Place, Session
+from belt_sim.app.simulate_page import MODEL_TITLES
 from belt_sim.app.widgets import box, quiet_button, soft
 from belt_sim.campaign import Campaign
 from belt_sim.campaign.folder import FILES, campaign_folder, sheet_tree
@@ -25,8 +25,9 @@ from belt_sim.importing.mapping import ROLES
 from belt_sim.io import group_names, sample_campaigns
 from belt_sim.model import BY_TENSION
 from belt_sim.results import words
-from belt_sim.results.errors import UNITS
-from belt_sim.show.report import environment
+from belt_sim.results.errors import UNIT_OF_KIND
+from belt_sim.show.report import SENSOR_SPOTS, environment
+from belt_sim.units import DEGREE, N_PER_MM2
 
 HEADS = {"stopped": "Stopped", "failed": "No result", "finished": "Done"}
 OFTEN = 0.4  # [s] between two looks at the session
@@ -38,8 +39,10 @@ DROPS = """<script>for (const kind of ["dragover", "drop"]) document.addEventLis
 });</script>"""
 
 
-def add_measurements(session: Session) -> None:
-    """Serve the page; what stands below the field of the drops is drawn again when the session has changed."""
+@ui.page("/measurements", title="belt_sim")
+def measurements_page() -> None:
+    """The page; what stands below the field of the drops is drawn again when the session has changed."""
+    session: Session = app.state.session
 
     async def take_files(event: Any) -> None:
         files = [(file.name, await file.read()) for file in event.files]
@@ -52,42 +55,40 @@ def add_measurements(session: Session) -> None:
             session.notify(why, drops=session.drops + 1)
             raise
 
-    @ui.page("/measurements", title="belt_sim")
-    def page() -> None:
-        widgets.frame("/measurements")
-        about = f"A logger's CSV or Excel files; or {', '.join(FILES)}, or a zip of them. "
-        about += f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
-        with widgets.card("1. Drop your files anywhere on this page", about):
-            refuse = lambda: session.notify(f"files: refused; {TOO_LARGE}", drops=session.drops + 1)  # noqa: E731
-            heard: dict[str, Any] = {"on_multi_upload": take_files, "on_rejected": refuse}
-            heard |= {"multiple": True, "auto_upload": True, "max_total_size": MAX_UPLOAD}
-            ui.add_body_html(DROPS % ui.upload(label="Drop files here, or press +", **heard).id)
-            with box("line"):
-                soft("No measurements at hand? A sample:")
-                chosen = ui.select(sample_campaigns(), value="slack_belt").props("dense outlined aria-label=sample")
-                sample = lambda: session.notify(*session.open_folder(campaign_folder(str(chosen.value))))  # noqa: E731
-                quiet_button("Open it", partial(run.io_bound, sample))
-        drawn = [session.version]
+    widgets.frame("/measurements")
+    about = f"A logger's CSV or Excel files; or {', '.join(FILES)}, or a zip of them. "
+    about += f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
+    with widgets.card("1. Drop your files anywhere on this page", about):
+        refuse = lambda: session.notify(f"files: refused; {TOO_LARGE}", drops=session.drops + 1)  # noqa: E731
+        heard: dict[str, Any] = {"on_multi_upload": take_files, "on_rejected": refuse}
+        heard |= {"multiple": True, "auto_upload": True, "max_total_size": MAX_UPLOAD}
+        ui.add_body_html(DROPS % ui.upload(label="Drop files here, or press +", **heard).id)
+        with box("line"):
+            soft("No measurements at hand? A sample:")
+            chosen = ui.select(sample_campaigns(), value="slack_belt").props("dense outlined aria-label=sample")
+            sample = lambda: session.notify(*session.open_folder(campaign_folder(str(chosen.value))))  # noqa: E731
+            quiet_button("Open it", partial(run.io_bound, sample))
+    drawn = [session.version]
 
-        @ui.refreshable
-        def rest() -> None:
-            with box("card-lines").props(f"data-drops={session.drops}"):
-                for line in session.messages:
-                    widgets.notice(line)
-            if session.importing is not None:
-                _import(session, session.importing)
-            elif session.campaign is not None:
-                _campaign(session, session.campaign)
-            if session.jobs:
-                _job(session)
+    @ui.refreshable
+    def rest() -> None:
+        with box("card-lines").props(f"data-drops={session.drops}"):
+            for line in session.messages:
+                widgets.notice(line)
+        if session.importing is not None:
+            _import(session, session.importing)
+        elif session.campaign is not None:
+            _campaign(session, session.campaign)
+        if session.jobs:
+            _job(session)
 
-        def look() -> None:
-            if drawn[0] != session.version:
-                drawn[0] = session.version
-                rest.refresh()
+    def look() -> None:
+        if drawn[0] != session.version:
+            drawn[0] = session.version
+            rest.refresh()
 
-        rest()
-        ui.timer(OFTEN, look)
+    rest()
+    ui.timer(OFTEN, look)
 
 
 async def _zip(session: Session, folder: Path | None) -> None:
@@ -100,13 +101,10 @@ async def _zip(session: Session, folder: Path | None) -> None:
 
 # ---- what logger files seem to say
 
-#: where sensors stand: place -> its centre on the sketch of the machine
-SPOTS = {"point_1": (520, 36), "point_2": (520, 144), "point_3": (120, 144), "point_4": (120, 36)}
-SPOTS |= {"upper_mid_span": (320, 36), "lower_mid_span": (320, 124)}
 WHERE = {"": "–"} | {p: p.replace("_", " ") for p in PLACES}
 #: setting of a run -> how it is written
-OF_RUN = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "direction": "1"}
-OF_RUN |= {"yaw_at": "0 m", "start": "3.2 m"}
+RUN_EXAMPLES = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", "direction": "1"}
+RUN_EXAMPLES |= {"yaw_at": "0 m", "start": "3.2 m"}
 
 
 def answer_field(
@@ -135,7 +133,7 @@ def _import(session: Session, now: Import) -> None:
         if proposal is not None:
             _columns(now, update)
         with box("halves"):
-            for group, kind in GROUPS.items():
+            for group, kind in NAMED_GROUPS.items():
                 options = {"": "numbers of my own"} | {n: n for n in group_names(kind)}
                 answer_field(now, (group,), "", options, label=group)
         with box("questions"):
@@ -146,11 +144,11 @@ def _import(session: Session, now: Import) -> None:
                     answer_field(now, q.path, "" if answers else q.proposed, answers, example=f"e.g. {q.example}")
         if now.runs:
             with box("scroll"), box("grid", "runs"):
-                for head in ("run", *OF_RUN):
+                for head in ("run", *RUN_EXAMPLES):
                     soft(head.replace("_", " "))
                 for name, stated in now.runs.items():
                     ui.label(name)
-                    for key, example in OF_RUN.items():
+                    for key, example in RUN_EXAMPLES.items():
                         answer_field(now, ("runs", name, key), str(stated.get(key) or ""), example=example)
         ui.button("Update", on_click=update).props("no-caps outline").style("align-self: start")
         if proposal is not None and proposal.campaign is not None and not now.lacks:
@@ -196,7 +194,7 @@ def _columns(now: Import, update: Any) -> None:
     taken = {uses[n].at: n for n in sensors if uses[n].at}
     with box("sketch").props("data-name=sketch"):
         ui.html(environment().get_template("sketch.svg.j2").render(marked=(), marks=(), spots=()), sanitize=False)
-        for place, (x, y) in SPOTS.items():
+        for place, (x, y) in SENSOR_SPOTS.items():
             spot = ui.button(place[-1] if place.startswith("point") else "tilt", on_click=partial(put, place))
             spot.props(f"dense rounded no-caps {'' if place in taken else 'outline'} data-name='spot-{place}'")
             spot.classes("spot").style(f"left: {x / 6.4}%; top: {y / 1.9}%")
@@ -237,7 +235,7 @@ def _campaign(session: Session, campaign: Campaign) -> None:
 
     inputs = session.inputs
     with widgets.card("3. Ask", "Compare shows where a model fails; diagnose finds which physical effect it lacks."):
-        titles = {BY_TENSION: f"by tension: {model_for_campaign(campaign)}"} | TITLES
+        titles = {BY_TENSION: f"by tension: {model_for_campaign(campaign)}"} | MODEL_TITLES
         ui.select(titles, label="model").bind_value(inputs, "model").classes("w-full")
         with ui.expansion("More about the diagnosis").bind_value(inputs, "more").classes("w-full"):
             tried = partial(inputs.__setitem__, "candidates")
@@ -255,17 +253,17 @@ def _curves(campaign: Campaign) -> None:
 
     def figure(name: str) -> dict[str, Any]:
         run, look = recorded[name], {"mode": "lines+markers", "marker": {"size": 4}}
-        units = " or ".join(sorted({UNITS[sheets[name].kind] for name in run.signals}))
+        units = " or ".join(sorted({UNIT_OF_KIND[sheets[name].kind] for name in run.signals}))
         data = [
             widgets.line(run.travel, words.KILO * y, f"{name} ({sheets[name].at.replace('_', ' ')})",
-                         widgets.POINTS[k % 4], {"width": 1}, **look)
+                         widgets.POINT_COLOURS[k % 4], {"width": 1}, **look)
             for k, (name, y) in enumerate(run.signals.items())
         ]  # fmt: skip
         return widgets.chart(data, f"reading [{units}]", 320)
 
     if recorded:
         first = next(iter(recorded))
-        labels = {n: f"{n}: {words.tension(r.tension)} N/mm², yaw {words.yaw(r.yaw)}°" for n, r in recorded.items()}
+        labels = {n: f"{n}: {r.tension / N_PER_MM2:g} N/mm², yaw {r.yaw / DEGREE:+.3g}°" for n, r in recorded.items()}
         chooser = ui.select(labels, value=first, label="run").classes("w-full")
         drawn = ui.plotly(figure(first)).props("data-name=measured")
         chooser.on_value_change(lambda e: drawn.update_figure(figure(e.value)))

@@ -24,12 +24,12 @@ from fastapi.responses import FileResponse, PlainTextResponse, RedirectResponse,
 from nicegui import app as pages_app
 from nicegui import ui
 
-from belt_sim.app import measurements_page, simulate_page
+from belt_sim.app import measurements_page, simulate_page  # noqa: F401 - which are then served
 from belt_sim.app.session import MAX_UPLOAD, REPORT, TOO_LARGE, Session
 from belt_sim.errors import InputError
 
 ADDRESS = "127.0.0.1"
-PATIENCE = 30.0  # [s] for a tab that does not answer before it is forgotten
+TAB_PATIENCE = 30.0  # [s] for a tab that does not answer before it is forgotten
 #: a page made from data may draw itself; it may neither load, send, nor reach the app it stands in
 SANDBOX = (
     "sandbox allow-scripts; default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
@@ -113,17 +113,15 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
             return PlainTextResponse("there is no such result", 404)
         return FileResponse(done[0], headers=FRESH)
 
-    simulate_page.add_sliders()
-    measurements_page.add_measurements(session)
-
     async def close() -> None:
         if session.busy:
             await session.jobs[-1].stop()
 
+    pages_app.state.session = session
     pages_app.on_shutdown(close)
     pages_app.on_exception(traceback.print_exception)  # what broke in a page goes to the terminal, whole
     look: dict[str, Any] = {"title": "belt_sim", "favicon": ICON, "dark": None, "tailwind": False}
-    ui.run_with(outer, **look, reconnect_timeout=PATIENCE, show_welcome_message=False)
+    ui.run_with(outer, **look, reconnect_timeout=TAB_PATIENCE, show_welcome_message=False)
     outer.add_middleware(Guard, port=chosen, token=token)
     address = f"http://{ADDRESS}:{chosen}/?token={token}"
     print(f"belt_sim is open at {address} for this account of this machine. Ctrl-C ends it.", flush=True)

@@ -36,16 +36,16 @@ from belt_sim.show.observers import AS_JSON
 from belt_sim.units import plain_minus
 
 REPORT = "report.html"
-TITLES = {"compare": "Comparison", "diagnose": "Diagnosis"}
+TASK_TITLES = {"compare": "Comparison", "diagnose": "Diagnosis"}
 MEBI = 2**20
 MAX_UPLOAD = 256 * MEBI  # bytes of one request
 TOO_LARGE = (
     f"at most {MAX_UPLOAD // MEBI} MB at a time; drop fewer at once, or give them to belt-sim import in a terminal"
 )
-LOGGERS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".xlsx")
-LONGEST_NAME = 120  # characters
+LOGGER_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".xlsx")
+LONGEST_FILE_NAME = 120  # characters
 NO_CODE = "effects are not read by this page; name them in a terminal: belt-sim diagnose effects=[my_effect.py]"
-WANTED = f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or one YAML with schema: {MAPPING_SCHEMA}"
+WANTED_FILES = f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or one YAML with schema: {MAPPING_SCHEMA}"
 
 
 # ---- dropped files
@@ -82,18 +82,18 @@ def sort_files(dropped: Sequence[tuple[str, bytes]]) -> Tray:
                 remedy = f"{tray.mapping_name} is the mapping already; drop one"
             else:
                 tray.mapping, tray.mapping_name = data, last
-        elif known.endswith(LOGGERS):
+        elif known.endswith(LOGGER_ENDINGS):
             # what the name says of a run stays; what is no letter, digit or mark goes
             kept = "".join(c if c.isalnum() or c in " _-+.,()" else "_" for c in plain_minus(last)).lstrip(".")
             stem, _, end = kept.rpartition(".")
-            stem, taken = stem[-LONGEST_NAME:] or "_", {n.lower() for n in tray.loggers}
+            stem, taken = stem[-LONGEST_FILE_NAME:] or "_", {n.lower() for n in tray.loggers}
             names = (f"{stem}{f'_{k}' * (k > 1)}.{end}" for k in count(1))
             kept = next(n for n in names if n.lower() not in taken)
             if kept != f"{stem}.{end}":
                 tray.messages.append(f"{quote(name)}: another file has this name; this one is kept as {kept}")
             tray.loggers[kept] = data
         else:
-            remedy = NO_CODE if known.endswith((".py", "effects.yaml")) else WANTED
+            remedy = NO_CODE if known.endswith((".py", "effects.yaml")) else WANTED_FILES
         if remedy:
             tray.messages.append(str(InputError("file", quote(name), "", remedy)))
     return tray
@@ -120,18 +120,10 @@ def unpack(name: str, data: bytes) -> dict[str, bytes]:
     raise InputError("zip", quote(name), "", why)
 
 
-def write_files(folder: Path, files: Mapping[str, bytes]) -> Path:
-    """Write the files of a tray into ``folder``."""
-    folder.mkdir(parents=True, exist_ok=True)
-    for name, data in files.items():
-        (folder / name).write_bytes(data)
-    return folder
-
-
 # ---- what a logger's files mean
 
 Place = tuple[str, ...]  # keys in the mapping, from the outside in
-GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of one that is known
+NAMED_GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of one that is known
 
 
 @dataclass
@@ -150,7 +142,7 @@ class Import:
 
     def note(self, place: Place, value: Any) -> None:
         """Take an answer; a machine or belt given by its name needs no numbers."""
-        if place[0] in GROUPS and len(place) == 1:
+        if place[0] in NAMED_GROUPS and len(place) == 1:
             self.answers = {p: a for p, a in self.answers.items() if p[0] != place[0]}
         if len(place) == 1 or not self.answers.get(place[:1]):
             self.answers[place], self.answered = str(value or "").strip(), False
@@ -220,7 +212,7 @@ def begin_import(paths: Sequence[Path], mapping: Mapping[str, Any] | None = None
 
 # ---- long work
 
-PATIENCE = 3.0  # [s] from asking a process to end to ending it
+END_PATIENCE = 3.0  # [s] from asking a process to end to ending it
 
 
 @dataclass
@@ -276,7 +268,7 @@ class Job:
         if self.process is not None and self.process.returncode is None:
             self.process.terminate()
             with suppress(asyncio.TimeoutError):
-                await asyncio.wait_for(self.process.wait(), PATIENCE)
+                await asyncio.wait_for(self.process.wait(), END_PATIENCE)
                 return
             self.process.kill()
 
@@ -313,9 +305,13 @@ class Session:
         self.messages = list(messages)
         self.version += 1
 
-    def new_folder(self, kind: str) -> Path:
-        """A folder that is not there yet."""
-        return next(path for k in count(1) if not (path := self.folder / f"{kind}_{k}").exists())
+    def new_folder(self, kind: str, files: Mapping[str, bytes]) -> Path:
+        """A folder that was not there yet, with these files of a tray; none: it is not made yet."""
+        folder = next(path for k in count(1) if not (path := self.folder / f"{kind}_{k}").exists())
+        for name, data in files.items():
+            folder.mkdir(parents=True, exist_ok=True)
+            (folder / name).write_bytes(data)
+        return folder
 
     def drop(self, files: Sequence[tuple[str, bytes]]) -> None:
         """Take dropped files: begin an import of a logger's files, or apply a mapping to those that are there; open a
@@ -329,7 +325,7 @@ class Session:
             if tray.loggers or tray.mapping is not None:
                 paths = list(dict.fromkeys(table.file for table in before.logged.tables)) if before else []
                 if tray.loggers:
-                    folder = write_files(self.new_folder("import"), tray.loggers)
+                    folder = self.new_folder("import", tray.loggers)
                     paths = [folder / name for name in tray.loggers]
                 mapping = {} if tray.mapping is None else read_mapping(tray.mapping_name, tray.mapping)
                 if paths:
@@ -340,7 +336,7 @@ class Session:
                 last, there = self.campaign_folder, dict[str, bytes]()
                 if SHEET not in tray.campaign and last is not None:
                     there = {n: (last / n).read_bytes() for n in FILES if (last / n).is_file()}
-                messages += self.open_folder(write_files(self.new_folder("campaign"), there | tray.campaign))
+                messages += self.open_folder(self.new_folder("campaign", there | tray.campaign))
         except BeltError as error:
             messages += str(error).replace(f"{self.folder}/", "").splitlines()
         self.notify(*messages, drops=self.drops + 1)
@@ -358,7 +354,7 @@ class Session:
             self.update()
         if now is None or now.proposal is None or now.lacks:
             return
-        folder = self.new_folder("campaign")
+        folder = self.new_folder("campaign", {})
         try:
             write(now.proposal, folder)
         except BeltError as error:
@@ -389,7 +385,7 @@ class Session:
             settings |= {"bootstraps": int(asked["bootstraps"] or 0), "seed": 0, "watch": "null"}
             settings |= {"effects": f"[{','.join(asked['candidates'])}]"} if asked["candidates"] else {}
         model = campaign_model({"name": asked["model"]}, self.campaign).name
-        title = f"{TITLES[task]} of {self.campaign.title}, {model}"
+        title = f"{TASK_TITLES[task]} of {self.campaign.title}, {model}"
         job = Job(task, settings, self.folder / f"{task}_{len(self.jobs) + 1}", title)
         self.notify(jobs=[*self.jobs, job])
         await job.run()

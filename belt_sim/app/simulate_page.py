@@ -18,21 +18,21 @@ from belt_sim.api.simulate import by_tension, model_named, simulate_one
 from belt_sim.app import widgets
 from belt_sim.app.widgets import box, soft
 from belt_sim.case import Case
-from belt_sim.effects.base import Effect, Parameter, library, title_of
+from belt_sim.effects.base import Parameter, library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.model import ANALYTIC, BY_TENSION
 from belt_sim.results.estimates import MachineSizes, display_unit
 from belt_sim.results.simulation import Simulation
-from belt_sim.results.words import KILO, NONE, capital, decimal, thousandths
+from belt_sim.results.words import KILO, NO_NUMBER, capital, decimal, thousandths
 from belt_sim.settings import make_case
+from belt_sim.show.style import POINT_NAMES
 from belt_sim.show.terminal import REASONS
 from belt_sim.units import N_PER_MM2
 
 #: of the models that have curves
-TITLES = {name: f"{name}: {model_named(name).title}" for name in ANALYTIC if name != "ritzinger"}  # type: ignore[union-attr]
-SCALES = 10.0  # how far a slider of an effect reaches, in scales of its parameter
-MOST = 6  # numbers of an effect that have a slider; an edge profile has eighty
-POINT_NAMES = ("1 upper, tail", "2 lower, tail", "3 lower, head", "4 upper, head")
+MODEL_TITLES = {name: f"{name}: {model_named(name).title}" for name in ANALYTIC if name != "ritzinger"}  # type: ignore[union-attr]
+SLIDER_SCALES = 10.0  # how far a slider of an effect reaches, in scales of its parameter
+MOST_NUMBERS = 6  # numbers of an effect that have a slider; an edge profile has eighty
 #: name -> words, value at first, lowest and highest value, step
 SLIDERS = {
     "tension": ("tension [N/mm²]", 10.0, 2.0, 80.0, 0.5),
@@ -41,13 +41,13 @@ SLIDERS = {
 }
 #: name -> words, what can be chosen, the first one at first
 MENUS = {
-    "model": ("model", {BY_TENSION: "by tension, as on the command line"} | TITLES),
-    "beside": ("beside it, dotted", {"": "none"} | TITLES),
+    "model": ("model", {BY_TENSION: "by tension, as on the command line"} | MODEL_TITLES),
+    "beside": ("beside it, dotted", {"": "none"} | MODEL_TITLES),
     "rig": ("machine", {"test_rig": "the paper's test rig", "rope_example": "the paper's rope example",
                         "own": "my machine"}),
 }  # fmt: skip
 #: size of a machine of one's own -> words, value at first, where it stands, SI per unit of the page
-OWN = {
+OWN_SIZES = {
     "centre_distance": ("distance of the pulleys [m]", 11.28, "rig", 1.0),
     "pulley_radius": ("pulley radius [m]", 0.17, "rig", 1.0),
     "width": ("belt width [mm]", 200.0, "belt", 1e-3),
@@ -56,18 +56,13 @@ OWN = {
     "density": ("density [kg/m³]", 7850.0, "belt", 1.0),
 }
 #: settings of a new page
-FIRST: dict[str, Any] = {name: first for name, (_, first, *_) in (SLIDERS | OWN).items()}
-FIRST |= {name: next(iter(known)) for name, (_, known) in MENUS.items()}
-
-
-def choices(model: str) -> list[str]:
-    """Effects (ids) that a model can have."""
-    return [i for i, cls in library().items() if model_named(model).refusal(cls) is None]
+AT_FIRST: dict[str, Any] = {name: first for name, (_, first, *_) in (SLIDERS | OWN_SIZES).items()}
+AT_FIRST |= {name: next(iter(known)) for name, (_, known) in MENUS.items()}
 
 
 def reach(p: Parameter) -> tuple[float, float, float]:
     """Lowest and highest value of a parameter's slider, and where it starts."""
-    low, high = (max(p.plausible[0], -SCALES * p.scale), min(p.plausible[1], SCALES * p.scale))
+    low, high = (max(p.plausible[0], -SLIDER_SCALES * p.scale), min(p.plausible[1], SLIDER_SCALES * p.scale))
     return low, high, min(max(p.null if p.modifier else p.scale, low), high)
 
 
@@ -81,7 +76,7 @@ def warnings(simulation: Simulation) -> list[str]:
 class View:
     """Settings of one tab by their names in its address, effects by id, where the answer is shown, and the answer."""
 
-    values: dict[str, Any] = field(default_factory=lambda: dict(FIRST))
+    values: dict[str, Any] = field(default_factory=lambda: dict(AT_FIRST))
     effects: dict[str, dict[str, float]] = field(default_factory=dict)
     places: dict[str, Any] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -124,7 +119,7 @@ class View:
     @property
     def address(self) -> str:
         """The address that names this view: what differs from a new one, and all numbers of effects."""
-        asked = {name: value for name, value in self.values.items() if value != FIRST[name]}
+        asked = {name: value for name, value in self.values.items() if value != AT_FIRST[name]}
         asked |= {f"{i}.{n}": value for i, numbers in self.effects.items() for n, value in numbers.items()}
         said = {name: f"{value:.6g}" if isinstance(value, float) else value for name, value in asked.items()}
         return f"/?{urlencode(said)}" if said else "/"
@@ -134,13 +129,9 @@ class View:
         machine: dict[str, Any] = {"rig": self.values["rig"]}
         if self.values["rig"] == "own":
             machine = {"rig": {"gravity": 9.81}, "belt": {"poisson_ratio": 0.3}}
-            for name, (_, _, part, factor) in OWN.items():
+            for name, (_, _, part, factor) in OWN_SIZES.items():
                 machine[part][name] = self.values[name] * factor
         return make_case(tension=self.values["tension"], yaw=self.values["yaw"], **machine)
-
-    def acting(self, model: str) -> list[Effect]:
-        """The effects that a model can have; a size of nothing is allowed here."""
-        return [library()[i](**numbers) for i, numbers in self.effects.items() if i in choices(model)]
 
     async def change(self) -> None:
         """Show what the settings come to; while one computation runs, only the latest wish is kept."""
@@ -155,8 +146,10 @@ class View:
                     case = self.case()
                     model = str(by_tension({"name": self.values["model"]}, [case], self.effects)["name"])
                     shown: list[Any] = []
-                    for name in filter(None, (model, self.values["beside"])):
-                        asked: dict[str, Any] = {"effects": self.acting(name), "travel": self.values["travel"]}
+                    for name in filter(None, (model, self.values["beside"])):  # a size of nothing is allowed here
+                        acting = [library()[i](**numbers) for i, numbers in self.effects.items()]
+                        asked: dict[str, Any] = {"travel": self.values["travel"]}
+                        asked["effects"] = [e for e in acting if model_named(name).refusal(e) is None]
                         shown.append(await run.io_bound(simulate_one, case, model=name, **asked))
                 except BeltError as error:
                     self.say(str(error).splitlines(), [])
@@ -174,9 +167,10 @@ class View:
         data = []  # lateral position of points 1-4; another model's beside it, dotted
         for one in filter(None, (s, beside)):
             for k, y in enumerate(KILO * np.asarray(one.curves.y) if one.curves is not None else ()):
-                label, look = (POINT_NAMES[k], {}) if one is s else (f"{k + 1} by {one.model}", {"dash": "dot"})
+                name = POINT_NAMES[k].replace(" end", "").replace(" pulley", "")
+                label, look = (name, {}) if one is s else (f"{k + 1} by {one.model}", {"dash": "dot"})
                 more = {"legendgroup": str(k), "showlegend": one is s}
-                data.append(widgets.line(one.curves.travel, y, label, widgets.POINTS[k], look, **more))  # type: ignore[union-attr]
+                data.append(widgets.line(one.curves.travel, y, label, widgets.POINT_COLOURS[k], look, **more))  # type: ignore[union-attr]
         places["curves"].update_figure(widgets.chart(data, "lateral position [mm]", 420))
         found = {f"late rate {k} [mm/m]": thousandths(rate) for k, rate in enumerate(s.rates, start=1)}
         if s.steady_rate is not None:
@@ -188,12 +182,12 @@ class View:
             "sag [mm]": thousandths(s.sag),
         }
         slackest = s.slackest_edge
-        found["slackest edge [N/mm²]"] = NONE if slackest is None else decimal(slackest / N_PER_MM2, 1)
+        found["slackest edge [N/mm²]"] = NO_NUMBER if slackest is None else decimal(slackest / N_PER_MM2, 1)
         places["facts"].clear()
         with places["facts"]:
             widgets.facts(found)
         places["downloads"].set_visibility(True)
-        refused = [i for i in self.effects if i not in choices(s.model)]
+        refused = [i for i in self.effects if model_named(s.model).refusal(library()[i]) is not None]
         calm = [f"{s.model} cannot have this effect: {title_of(library()[i])}" for i in refused]
         if self.values["model"] == BY_TENSION:
             calm.append(f"Model {s.model}, as {REASONS[s.model]}.")
@@ -210,23 +204,21 @@ class View:
         self.notes = []
 
 
-def add_sliders() -> None:
-    """Serve the page."""
-
-    @ui.page("/", title="belt_sim")
-    def page() -> None:
-        request = ui.context.client.request
-        view = View.of_address(request.query_params if request else {})
-        widgets.frame("/")
-        with box("split"):
-            with box("set"), widgets.card("What is set"):
-                for name, (label, _, low, high, step) in SLIDERS.items():
-                    widgets.labelled_slider(label, view.values, name, (low, high), view.change, mark=name, step=step)
-            with box("curve"), widgets.card("Where the belt runs"):
-                _answers(view)
-            with box("more"):
-                _choices(view)
-        ui.timer(0.05, view.change, once=True)
+@ui.page("/", title="belt_sim")
+def sliders_page() -> None:
+    """Settings, the curves that they come to, and what may be wrong."""
+    request = ui.context.client.request
+    view = View.of_address(request.query_params if request else {})
+    widgets.frame("/")
+    with box("split"):
+        with box("set"), widgets.card("What is set"):
+            for name, (label, _, low, high, step) in SLIDERS.items():
+                widgets.labelled_slider(label, view.values, name, (low, high), view.change, mark=name, step=step)
+        with box("curve"), widgets.card("Where the belt runs"):
+            _answers(view)
+        with box("more"):
+            _choices(view)
+    ui.timer(0.05, view.change, once=True)
 
 
 def _choices(view: View) -> None:
@@ -242,7 +234,7 @@ def _choices(view: View) -> None:
             menu = ui.select(options, value=view.values[name], label=label, on_change=partial(take, name=name))
             menu.classes("w-full").props(f"data-name={name}")
         with box("w-full").bind_visibility_from(menu, "value", value="own"):
-            for name, (label, *_) in OWN.items():
+            for name, (label, *_) in OWN_SIZES.items():
                 number = ui.number(label, value=view.values[name], on_change=partial(take, name=name))
                 number.props("dense debounce=400").classes("w-full")
     with widgets.card("What may be wrong", "Add an effect and move its size."):
@@ -254,7 +246,7 @@ def _choices(view: View) -> None:
             machine = MachineSizes(**sizes_of, width=case.belt.width, span_length=float(case.rig.span_length))
             for effect_id, numbers in view.effects.items():
                 ui.label(title_of(library()[effect_id])).classes("small")
-                for name, p in [*library()[effect_id].parameters.items()][:MOST]:
+                for name, p in [*library()[effect_id].parameters.items()][:MOST_NUMBERS]:
                     factor, unit = display_unit(effect_id, name, p.unit, machine)
                     label, mark = f"{p.meaning} [{unit}]" if unit else p.meaning, f"{effect_id}.{name}"
                     widgets.labelled_slider(label, numbers, name, reach(p)[:2], view.change, mark=mark, shown=factor)

@@ -93,9 +93,9 @@ def labelled_slider(
 
 # ---- the list of effects
 
-PARTS = ("Pulleys", "Belt, rollers and loads", "Steering and tension", "Sensors", "Models")
+EFFECT_GROUPS = ("Pulleys", "Belt, rollers and loads", "Steering and tension", "Sensors", "Models")
 #: words that people say -> effects whose own words lack them
-SYNONYMS = {
+SPOKEN_WORDS = {
     "misaligned askew crooked skewed out of square schief": "yaw_offset_tail yaw_offset_head cant wobble idler_skew",
     "conical cone konisch": "taper build_up taper_drift thickness_wedge",
     "hot heat warm thermal": "temperature_difference taper_drift yaw_drift warm_up",
@@ -118,7 +118,7 @@ FOUND = "(node, text) => text.toLowerCase().split(' ').every((word) => (node.wor
 
 def effect_groups() -> list[dict[str, Any]]:
     """Nodes of a tree: the parts of the machine, with the effects there and the words by which each is found."""
-    groups: dict[str, list[dict[str, Any]]] = {part: [] for part in PARTS}
+    groups: dict[str, list[dict[str, Any]]] = {part: [] for part in EFFECT_GROUPS}
     for i, cls in sorted(library().items(), key=lambda pair: title_of(pair[1])):
         part = "Pulleys" if cls.cause and {*cls.cause.parts} & {"tail", "head"} else "Belt, rollers and loads"
         part = {"sensor": "Sensors", "drive": "Steering and tension"}.get(cls.law, part)
@@ -126,7 +126,7 @@ def effect_groups() -> list[dict[str, Any]]:
             part = "Models"
         meanings = [p.meaning for p in cls.parameters.values()][:6]
         said = [i.replace("_", " "), title_of(cls), cls.cause.phrase if cls.cause else "", *meanings]
-        said += [words for words, ids in SYNONYMS.items() if i in ids.split()]
+        said += [words for words, ids in SPOKEN_WORDS.items() if i in ids.split()]
         groups[part].append({"id": i, "label": title_of(cls), "words": " ".join(said).lower()})
     shut = {"noTick": True, "selectable": False}
     return [{"id": part, "label": part, "children": nodes} | shut for part, nodes in groups.items()]
@@ -161,11 +161,11 @@ def effect_list(label: str, chosen: Iterable[str], to: Callable[[list[str]], Any
 
 # ---- figures, in colours that are read on light and on dark ground alike
 
-GREY, FAINT, CLEAR = "#7d8a97", "rgba(125,138,151,0.28)", "rgba(0,0,0,0)"
-POINTS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4
-AXIS = {"gridcolor": FAINT, "zerolinecolor": GREY, "linecolor": FAINT, "automargin": True}
+GREY, FAINT_LINE, CLEAR_GROUND = "#7d8a97", "rgba(125,138,151,0.28)", "rgba(0,0,0,0)"
+POINT_COLOURS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4
+AXIS = {"gridcolor": FAINT_LINE, "zerolinecolor": GREY, "linecolor": FAINT_LINE, "automargin": True}
 LAYOUT = {
-    **{"paper_bgcolor": CLEAR, "plot_bgcolor": CLEAR, "hovermode": "x unified", "showlegend": True},
+    **{"paper_bgcolor": CLEAR_GROUND, "plot_bgcolor": CLEAR_GROUND, "hovermode": "x unified", "showlegend": True},
     "font": {"family": "system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13, "color": GREY},
     "margin": {"l": 56, "r": 10, "t": 34, "b": 44},
     "legend": {"orientation": "h", "yanchor": "bottom", "y": 1.02, "x": 0, "font": {"size": 12}},

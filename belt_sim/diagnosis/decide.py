@@ -13,7 +13,7 @@ from math import comb, log
 
 import numpy as np
 
-from belt_sim.results.diagnosis import LIKELY, UNKNOWN, Explanation, TiedSet, Verdict
+from belt_sim.results.diagnosis import LIKELY_FROM, SOMETHING_UNKNOWN, Explanation, TiedSet, Verdict
 
 # Every constant of the decision.
 
@@ -47,7 +47,7 @@ class Policy:
     held_out: float = 2.0
     alarm: float = 0.05
     credible: float = 0.95
-    likely: float = LIKELY
+    likely: float = LIKELY_FROM
     sized: float = 2.0
     unsure: float = 0.5
     like_one_change_of_the_span: tuple[str, ...] = ("tension_bias", "crown", "edge_guide")
@@ -183,7 +183,7 @@ class Decision:
         certain = frozenset.intersection(*(frozenset(e.effects) for e in likely))
         found = dict[tuple[str, ...], float]()
         for e in likely:
-            further = (*(i for i in e.effects if i not in certain), *([UNKNOWN] if e.unknown else []))
+            further = (*(i for i in e.effects if i not in certain), *([SOMETHING_UNKNOWN] if e.unknown else []))
             found[further] = found.get(further, 0.0) + e.probability
         return tuple(TiedSet(effects=ids, probability=p) for ids, p in found.items())
 

@@ -34,7 +34,7 @@ from belt_sim.results.diagnosis import (
 )
 from belt_sim.results.errors import Drawings
 from belt_sim.results.estimates import Estimate
-from belt_sim.results.words import join_effects, join_words
+from belt_sim.results.words import join_words
 
 
 def drawings_of(d: Findings) -> Drawings:
@@ -108,7 +108,7 @@ def rivals(d: Findings) -> list[Rival]:
             near = [f for i, f in fits.items() if come <= i and (effect in come or effect not in i)]
             fit = fits.get(ids) or min(near, key=lambda f: f.chi2, default=None)
             if fit is not None:
-                found.append(Rival(effect, join_effects(other), separation(d.fitted_bench, d.named, fit), fit))
+                found.append(Rival(effect, " + ".join(other), separation(d.fitted_bench, d.named, fit), fit))
     return found
 
 
@@ -134,7 +134,7 @@ def _sentence(d: Findings, sized_otherwise: Collection[str] = ()) -> str:
     for name in decision.named:  # with what readings cannot tell from it: no name is said surer than it is
         like = decision.confusable.get(name, ())
         more = ", ..." if len(like) > ALIKE_SHOWN else ""
-        named.append(f"{name} (or {', '.join(map(join_effects, like[:ALIKE_SHOWN]))}{more})" if like else name)
+        named.append(f"{name} (or {', '.join(map(' + '.join, like[:ALIKE_SHOWN]))}{more})" if like else name)
     gravest = min(d.suspicions, key=lambda s: s.severity != "stop", default="")
     alike = decision.like_one_change_of_the_span(POLICY)
     more = f" Or one change of the span, in its bending or twisting, may stand in the place of {join_words(alike)}."
@@ -143,7 +143,7 @@ def _sentence(d: Findings, sized_otherwise: Collection[str] = ()) -> str:
         doubt = dict.fromkeys(sized_otherwise, " (size not reliable)")
         certain = [n + doubt.get(n, "") for n in decision.named if not any(n in t.effects for t in tied)]
         besides = f"{join_words(certain)} and " if certain else ""
-        ways = " or ".join(join_effects(t.effects) or "nothing more" for t in tied)
+        ways = " or ".join(" + ".join(t.effects) or "nothing more" for t in tied)
         said = f"Model {model} lacks {besides}one of these, and these runs cannot say which: {ways}."
     if shared := decision.in_every_explanation(POLICY):
         said += f" Whatever else acts, every likely explanation has {join_words(shared)} (size not reliable)."

@@ -9,11 +9,10 @@ from belt_sim.diagnosis.errors import WINDOWS, K, cells, validation_uncertainty
 from belt_sim.diagnosis.fit import fit_sets
 from belt_sim.diagnosis.noise import metric_of
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.results import words
-from belt_sim.results.errors import UNITS, CampaignLabel, Drawings, Drift, FailureMap, Panel
+from belt_sim.results.errors import UNIT_OF_KIND, CampaignLabel, Drawings, Drift, FailureMap, Panel
 from belt_sim.results.estimates import MachineSizes
 from belt_sim.results.words import KILO
-from belt_sim.units import N_PER_MM2
+from belt_sim.units import DEGREE, N_PER_MM2
 
 
 def label(campaign: Campaign) -> CampaignLabel:
@@ -30,7 +29,7 @@ def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> tu
             keep = np.isfinite(bench.samples.y[r, s])
             if not keep.any():
                 continue
-            title = f"{run.name} {signal.name}, {words.tension(run.tension)} N/mm², {words.yaw(run.yaw)}°"
+            title = f"{run.name} {signal.name}, {run.tension / N_PER_MM2:g} N/mm², {run.yaw / DEGREE:+.3g}°"
             panels.append(
                 Panel(
                     run=run.name,
@@ -40,7 +39,7 @@ def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> tu
                     base=base[r, s][keep] * KILO,
                     band=band[r, s][keep] * KILO,
                     final=None if final is None else final[r, s][keep] * KILO,
-                    unit=UNITS[signal.kind],
+                    unit=UNIT_OF_KIND[signal.kind],
                 )
             )
     return tuple(panels)

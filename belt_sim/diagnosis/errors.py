@@ -17,7 +17,7 @@ from belt_sim.diagnosis.noise import FREE_ZERO, metric_of, zero_sigmas
 from belt_sim.diagnosis.plausibility import prior_sigma
 from belt_sim.diagnosis.samples import zero_is_read
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.results.errors import UNITS, Change, Errors, Features, OwnChange, RunError, Where, Worst
+from belt_sim.results.errors import UNIT_OF_KIND, Change, Errors, Features, OwnChange, RunError, Where, Worst
 from belt_sim.results.words import KILO
 from belt_sim.units import MM, N_PER_MM2
 
@@ -253,7 +253,7 @@ def locate_failure(found: Sequence[Cell], model: str, *, faulty: bool = False) -
         said = f"Nowhere beyond the uncertainty of the comparison; {most}, as chance may give in one of "
         said += f"{len(found)} places."
     else:
-        size = f"{KILO * worst.rms:.2g} {UNITS[worst.kind]}"
+        size = f"{KILO * worst.rms:.2g} {UNIT_OF_KIND[worst.kind]}"
         said = f"Worst in {place}: off by {size}, {worst.ratio:.0f} times the measurement uncertainty."
 
     tensions = sorted({c.tension for c in found})

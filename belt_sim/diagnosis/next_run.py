@@ -19,7 +19,7 @@ from belt_sim.diagnosis.noise import Metric, metric_of, nuisance_shapes
 from belt_sim.diagnosis.samples import Samples, join_cases
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.jax_setup import map_in_threads
-from belt_sim.results.diagnosis import APART, RESOLVED, NextRun, RunSettings
+from belt_sim.results.diagnosis import RESOLVED, SURE_APART, NextRun, RunSettings
 from belt_sim.units import DEGREE, N_PER_MM2
 
 SAMPLES = 120
@@ -115,7 +115,9 @@ def next_runs(bench: Workbench, chosen: Fit, pairs: list[Rival], keep: int = 3) 
             before, after = outlook.separations(chosen, pair.fit)
             promised += [(outlook, pair, k, before, float(after[k])) for k in np.argsort(-after)[:keep]]
         advice += map_in_threads(lambda one: march_pair(*one), promised)  # marches of a few rows leave a core idle
-        asked = [p for p in asked if max(a.sigma_after for a in advice if a.separates == (p.effect, p.other)) < APART]
+        asked = [
+            p for p in asked if max(a.sigma_after for a in advice if a.separates == (p.effect, p.other)) < SURE_APART
+        ]
     advice.sort(key=lambda a: -a.sigma_after)
     return [a for k, a in enumerate(advice) if sum(a.separates == b.separates for b in advice[:k]) < keep]
 

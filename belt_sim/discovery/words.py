@@ -157,7 +157,7 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, error: Errors) -> 
     if u > 0.0 and not powers[0]:
         known = abs(value) < 2.0 * u and u < 0.4
         said += f"; {'no dependence on' if known else 'may depend on'} tension (exponent {words.with_u(value, u)})"
-    said += f"; sizes hold at {words.tension(data.tension)} N/mm²" if any(powers) else ""
+    said += f"; sizes hold at {data.tension / N_PER_MM2:g} N/mm²" if any(powers) else ""
     rms, own = error.fit or error.held_out, error.own
     assert rms is not None  # a law is fitted to some runs
     change = f"{words.thousandths(rms.before)} to {words.thousandths(rms.after)} mm"
@@ -204,7 +204,7 @@ def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
         found.append(float(rows.ravel()[np.argmax(np.abs(rows))]))
     signs, up_to = {x > 0.0 for x in found if abs(x) > SLIGHT}, "" if steady else "up to "
     # two digits, never an exponent: 0.0035, 19, 190
-    by = [f"{float(f'{100.0 * abs(x):.2g}'):g} % at {words.tension(t)} N/mm²" for x, t in zip(found, some, strict=True)]
+    by = [f"{float(f'{100.0 * abs(x):.2g}'):g} % at {t / N_PER_MM2:g} N/mm²" for x, t in zip(found, some, strict=True)]
     if len(signs) == 1:
         return f"{'higher' if signs.pop() else 'lower'} than in the model by {up_to}{', '.join(by)}"
     by = [f"{up_to}{'+' if x > 0.0 else '−'}{text}" for x, text in zip(found, by, strict=True)]
@@ -338,7 +338,7 @@ def _courses_of(found: SearchOutcome) -> tuple[UnknownCourse, ...]:
     told = []
     for weights, mean, sd in zip(latent.weights, latent.mean, latent.sd, strict=True):
         own = [r for r, w in zip(runs, weights, strict=True) if w]
-        name = own[0].name if latent.pool == "each run" else f"{words.tension(own[0].tension)} N/mm²"
+        name = own[0].name if latent.pool == "each run" else f"{own[0].tension / N_PER_MM2:g} N/mm²"
         name += "" if own[0].direction > 0 else ", reversed"
         told.append(UnknownCourse(label=name, tension=own[0].tension, travel=latent.knots, u=mean, sd=sd))
     return tuple(sorted(told, key=lambda c: (c.tension, c.label)))

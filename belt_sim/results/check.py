@@ -9,7 +9,7 @@ from pydantic import Field, PlainSerializer, computed_field
 from belt_sim.results import words
 from belt_sim.results.errors import ShortLabel
 from belt_sim.results.estimates import Free, MachineSizes, display_unit, file_field
-from belt_sim.results.words import Display, Table, data_frame
+from belt_sim.results.words import Display, Table
 
 SHOWN_PAIRS = 15
 WELL = 0.1  # of the largest plausible size
@@ -115,7 +115,7 @@ class Check(Display):
         if self.pairs:  # the most alike first, and the best further run for each
             rows = []
             for p in self.pairs[:SHOWN_PAIRS]:
-                further = p.action or words.NONE, words.number(p.sigma_after, 2)
+                further = p.action or words.NO_NUMBER, words.number(p.sigma_after, 2)
                 rows.append((" - ".join(p.effects), words.number(p.sigma, 2), *further))
             more = f" ({SHOWN_PAIRS} of {len(self.pairs)} shown)" if len(self.pairs) > SHOWN_PAIRS else ""
             columns = ("pair", "sigma apart", "best further run", "sigma with it")
@@ -124,4 +124,6 @@ class Check(Display):
 
     def to_pandas(self) -> Any:
         """A row an effect, in SI."""
-        return data_frame([vars(v) for v in self.visible])
+        import pandas as pd
+
+        return pd.DataFrame([vars(v) for v in self.visible])

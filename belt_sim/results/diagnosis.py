@@ -2,7 +2,6 @@
 and cannot be told apart, and what to measure next.
 """
 
-import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -30,7 +29,7 @@ from belt_sim.results.estimates import (
     file_field,
     number_texts,
 )
-from belt_sim.results.words import Display, Table, data_frame, join_words
+from belt_sim.results.words import Display, Table, join_words
 from belt_sim.units import MM
 
 STAMP = "effective value, model rejected"  # what has to stand beside the numbers of a rejected model
@@ -100,7 +99,7 @@ class FoundEffect:
 
     def line(self, machine: MachineSizes | None = None) -> str:
         """The effect in a line, with its sizes on a machine."""
-        others = ", ".join(map(words.join_effects, self.confusable_with))
+        others = ", ".join(map(" + ".join, self.confusable_with))
         alike = f"; confusable with {others}" if others else ""
         stamp = f" ({STAMP})" if self.rejected else ""
         sizes, sure = ", ".join(self.sizes_on(machine)), words.decimal(self.probability, 2)
@@ -162,7 +161,7 @@ class Explanation:
         return not (self.instead or self.effects or self.unknown)
 
     def __str__(self) -> str:
-        named = [self.instead] if self.instead else [*self.effects, *(["something unknown"] if self.unknown else [])]
+        named = [self.instead] if self.instead else [*self.effects, *([SOMETHING_UNKNOWN] if self.unknown else [])]
         return " + ".join(named) or "nothing is missing"
 
 
@@ -178,10 +177,10 @@ class Confusable:
         return f"{self.effect} cannot be told apart from {self.other} ({words.decimal(self.sigma, 1)} sigma)"
 
 
-FLOOR = 1.2  # times the noise floor, up to which an error is noise
+NO_MORE_THAN_NOISE = 1.2  # times the noise floor, up to which an error is noise
 RESOLVED = 3.0  # sigma, below which nobody takes two explanations for told apart
 #: sigma by which the likelier of two stands out in 97 of 100 campaigns, so that it has 95 % of the probability
-APART = 5.0
+SURE_APART = 5.0
 WORTH = 1.0  # sigma, by which a further run must raise what tells two apart
 
 
@@ -221,7 +220,7 @@ class NextRun:
         if not self.resolves:
             better = " better" if self.sigma_after >= RESOLVED else ""
             return f"No single further run on this rig tells {pair}{better} at the sizes that were found."
-        tells = "tells" if self.sigma_after >= APART else "may tell"
+        tells = "tells" if self.sigma_after >= SURE_APART else "may tell"
         change = f"{words.decimal(self.sigma_before, 1)} -> {words.decimal(self.sigma_after, 1)} sigma"
         return f"{self.action[:1].upper()}{self.action[1:]}. It {tells} {pair} ({change})."
 
@@ -358,12 +357,7 @@ class Discovery(Display):
     limits: tuple[str, ...] = ()
     law_file: str = ""
     provenance: Free = field(default_factory=dict)
-
-    @property
-    def reaches_floor(self) -> bool:
-        """Whether the law leaves no more error than noise would."""
-        change = self.error.held_out or self.error.fit if self.error is not None else None
-        return change is not None and change.after <= FLOOR * self.error.noise_floor  # type: ignore[union-attr]
+    width = 80
 
     def lines(self) -> list[str]:
         """The verdict, the sentence, the places, what cannot be told apart and what cannot be known."""
@@ -379,9 +373,6 @@ class Discovery(Display):
             change = self.error.held_out
             lines.append(f"held-out error {change.before * 1e3:.3f} -> {change.after * 1e3:.3f} mm")
         return lines + list(self.limits)
-
-    def __repr__(self) -> str:
-        return words.in_terminal("\n".join(textwrap.fill(x, 80, subsequent_indent="  ") for x in self.lines()))
 
 
 class Verdict(StrEnum):
@@ -431,8 +422,10 @@ _SAID = {
 
 
 SHOWN_ACTIONS = 3
-LIKELY = 0.9  # probability from which one explanation is called likely
-UNKNOWN = "something unknown"  # in the place of an effect
+LIKELY_FROM = 0.9  # probability from which one explanation is called likely
+WRONG_MODEL = "Wrong model"  # headline, where another base model explains what this one does not
+THE_LAW = "the discovered law"
+SOMETHING_UNKNOWN = "something unknown"  # in the place of an effect
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -506,16 +499,6 @@ class Diagnosis(Display):
         return tuple(e.id for e in self.effects if not any(e.id in t.effects for t in self.tied))
 
     @property
-    def held_as_settings(self) -> str:
-        """Which of tied explanations an effects.yaml of the effects holds, and which others there are; "" for one."""
-        if not self.tied:
-            return ""
-        common = self.certain_effects
-        first, *others = (words.join_effects([*common, *t.effects]) or "nothing" for t in self.tied)
-        several = f"This file holds one of {words.count(len(self.tied))} explanations that these runs cannot tell apart"
-        return f"{several}, {first}; the others, with other sizes: {'; '.join(others)}"
-
-    @property
     def further_runs(self) -> tuple[str, ...]:
         """Runs to make next, each with what it tells apart; for a pair that no run tells apart, that."""
         told = {n.separates for n in self.next_runs if n.resolves}
@@ -533,41 +516,32 @@ class Diagnosis(Display):
     @property
     def doubts(self) -> tuple[str, ...]:
         """What takes certainty off the verdict, first of all: a model beyond its limits, damaged data."""
-        explained = self.law_holds and self.discovery is not None and self.discovery.reaches_floor
+        explained, error = False, self.discovery.error if self.discovery is not None and self.law_holds else None
+        if error is not None and (change := error.held_out or error.fit):  # no more error than noise would leave
+            explained = change.after <= NO_MORE_THAN_NOISE * error.noise_floor
         seen = [s for s in self.suspicions if not (s.kind == "sheet" and s.severity == "look" and explained)]
         return (*self.beyond, *map(str, seen))
-
-    @property
-    def wrong_model(self) -> bool:
-        """Whether another base model explains what this one does not."""
-        return self.verdict is Verdict.NONE_KNOWN and any(e.instead for e in self.considered[:1])
-
-    @property
-    def reserved(self) -> bool:
-        """Whether the final model is used beyond a limit; one that hangs on what nobody states ("if friction is ...")
-        is told, but takes no certainty off a model that agrees with the readings."""
-        return any(not sentence.startswith("if ") for sentence in self.beyond)
 
     @property
     def headline(self) -> str:
         """The verdict in a few words, never surer than the doubts beside it allow."""
         if self.tied:
             return f"One of {words.count(len(self.tied))}"
-        if self.wrong_model:
-            return "Wrong model"
+        if self.verdict is Verdict.NONE_KNOWN and any(e.instead for e in self.considered[:1]):
+            return WRONG_MODEL
         if self.verdict is Verdict.ADEQUATE and self.considered and not self.considered[0].says_nothing:
             return "Nothing is certain to be missing"
-        reserved = not self.verdict.rejects_model and self.reserved
+        # a limit that hangs on what nobody states ("if friction is ...") takes no certainty off a model that agrees
+        limits = [sentence for sentence in self.beyond if not sentence.startswith("if ")]
+        reserved = limits and not self.verdict.rejects_model
         return f"{self.verdict.headline}, with a reservation" if reserved else self.verdict.headline
 
     @property
-    def law_instead(self) -> bool:
-        """Whether what was found is a law, and no effect was named."""
-        return not self.effects and self.discovery is not None and self.discovery.law is not None
-
-    @property
     def final_model(self) -> str:
-        found = ["the discovered law"] if self.law_instead else [e.id for e in self.effects]
+        """The base model with what was found: the named effects, or where there are none the law."""
+        found = [e.id for e in self.effects]
+        if not found and self.discovery is not None and self.discovery.law is not None:
+            found = [THE_LAW]
         return " + ".join([self.base_model, *found])
 
     def lines(self) -> Sequence[str]:
@@ -593,12 +567,12 @@ class Diagnosis(Display):
 
     def to_pandas(self) -> Any:
         """The candidates, best first: gain, threshold, held-out rms [m], and their notes."""
-        names = ("id", "gain", "threshold", "held_out_rms", "plausible", "probability", "note")
-        return data_frame([{n: getattr(c, n) for n in names} for c in self.ranking])
+        import pandas as pd
 
-    def to_xarray(self) -> Any:
-        """rms before and after of every run and signal, in SI."""
-        return error_grid(self.per_run)
+        names = ("id", "gain", "threshold", "held_out_rms", "plausible", "probability", "note")
+        return pd.DataFrame([{n: getattr(c, n) for n in names} for c in self.ranking])
+
+    to_xarray = error_grid
 
 
 def error_line(error: Errors) -> list[str]:

@@ -12,7 +12,7 @@ from belt_sim.campaign.types import Kind
 from belt_sim.results import words
 from belt_sim.results.estimates import Array, Free, MachineSizes, StoredEffect, file_field, is_empty
 from belt_sim.results.simulation import SETTING_DIGITS
-from belt_sim.results.words import Display, Table, data_frame, dataset
+from belt_sim.results.words import Display, Table, dataset
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 
 
@@ -84,8 +84,8 @@ class Drawings:
     machine: MachineSizes | None = None
 
 
-WORSE = 1.05  # of an error, above which it has risen: a refit without a condition is one step, good to some per cent
-UNITS: dict[Kind, str] = {"lateral": "mm", "tilt": "mrad"}
+RISEN = 1.05  # of an error, above which it has risen: a refit without a condition is one step, good to some per cent
+UNIT_OF_KIND: dict[Kind, str] = {"lateral": "mm", "tilt": "mrad"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,7 +124,7 @@ class Errors:
         """The changes of held-out conditions that test something and in which the error rises."""
         floor = self.own.floor if self.own else 0.0
         rows = {n: c for n, c in self.by_condition.items() if n not in self.untestable}
-        return {n: c for n, c in rows.items() if c.after > max(WORSE * c.before, floor)}
+        return {n: c for n, c in rows.items() if c.after > max(RISEN * c.before, floor)}
 
     def rows(self) -> dict[str, Change]:
         """The changes in words: of unseen and of fitted runs, then of each condition when it was left out."""
@@ -146,12 +146,12 @@ class Features:
 
 
 #: names of the three in a row of per_run, by the unit of the signal
-FEATURES = {u: (f"late_rate_{u}_per_m", f"travel_to_first_0.1{u}_m", f"overshoot_{u}") for u in UNITS.values()}
+FEATURES = {u: (f"late_rate_{u}_per_m", f"travel_to_first_0.1{u}_m", f"overshoot_{u}") for u in UNIT_OF_KIND.values()}
 StoredKind = Annotated[
     Kind,
     Field(alias="unit"),
-    BeforeValidator(lambda unit: {known: kind for kind, known in UNITS.items()}[unit]),
-    PlainSerializer(lambda kind: UNITS[kind], return_type=str),
+    BeforeValidator(lambda unit: {known: kind for kind, known in UNIT_OF_KIND.items()}[unit]),
+    PlainSerializer(lambda kind: UNIT_OF_KIND[kind], return_type=str),
 ]
 
 
@@ -179,7 +179,7 @@ class RunError:
     @property
     def unit(self) -> str:
         """The unit in which people read it: mm, or mrad of a tilt."""
-        return UNITS[self.kind]
+        return UNIT_OF_KIND[self.kind]
 
     @model_serializer(mode="wrap")
     def _to_file(self, handler: Any) -> dict[str, Any]:
@@ -232,9 +232,11 @@ class SteadyError:
     ratio: float
 
 
-def error_grid(rows: Sequence[RunError]) -> Any:
-    """rms before, after and floor as an xarray Dataset over run and signal, in SI."""
-    table = data_frame([vars(r) for r in rows])
+def error_grid(result: Any) -> Any:
+    """rms before and after of every run and signal, and the floor, as an xarray Dataset in SI."""
+    import pandas as pd
+
+    table = pd.DataFrame([vars(r) for r in result.per_run])
     grid = {n: table.pivot(index="run", columns="signal", values=n) for n in ("before", "after", "floor")}
     runs, signals = table["run"].unique(), table["signal"].unique()
     settings = table.drop_duplicates("run")
@@ -298,22 +300,17 @@ class Comparison(Display):
 
     def lines(self) -> Sequence[str]:
         """Where the model fails; with effects, how the error changed and what got worse."""
-        said = [f"{self.final_model} against {self.campaign.title}"]
+        said, names = [f"{self.final_model} against {self.campaign.title}"], ", ".join(e.id for e in self.effects)
         if self.where is not None:
-            said += [self.where.sentence, self.where.boundary_sentence, *self.changes()]
+            said += [self.where.sentence, self.where.boundary_sentence]
+        if self.where is not None and self.effects:
+            if self.error is not None:
+                for name, row in replace(self.error, by_condition={}).rows().items():
+                    said.append(f"{name}: rms {words.column(row.before)} -> {words.column(row.after)} mm with {names}")
+                said.append(f"noise and settings alone {words.column(self.error.noise_floor)} mm")
+            worse = [f"{r.run} {r.signal}" for r in self.per_run if r.worse]
+            said.append(f"got worse: {', '.join(worse)}" if worse else "no run got worse")
         return [*said, *self.beyond]
-
-    def changes(self) -> list[str]:
-        """What the effects changed; nothing when there are none."""
-        if not self.effects:
-            return []
-        said, names = [], ", ".join(e.id for e in self.effects)
-        if self.error is not None:
-            for name, row in replace(self.error, by_condition={}).rows().items():
-                said.append(f"{name}: rms {words.column(row.before)} -> {words.column(row.after)} mm with {names}")
-            said.append(f"noise and settings alone {words.column(self.error.noise_floor)} mm")
-        worse = [f"{r.run} {r.signal}" for r in self.per_run if r.worse]
-        return [*said, f"got worse: {', '.join(worse)}" if worse else "no run got worse"]
 
     def tables(self) -> Sequence[Table]:
         """Steady rates, where there are some; error of every run and signal, and the late rates that people compare,
@@ -324,7 +321,7 @@ class Comparison(Display):
             rows = []
             for r in self.steady:
                 rates = [words.column(v) for v in (r.measured, r.u, r.modelled)]
-                rows.append((r.run, str(r.point), words.tension(r.tension), *rates, words.decimal(r.ratio, 1)))
+                rows.append((r.run, str(r.point), f"{r.tension / N_PER_MM2:g}", *rates, words.decimal(r.ratio, 1)))
             marked = [k for k, r in enumerate(self.steady) if r.ratio > STEADY_K]
             title = f"steady rates in mm per m, {self.final_model}"
             tables.append(Table(title, columns, rows, left=("run",), marked=marked))
@@ -332,7 +329,8 @@ class Comparison(Display):
             uses, units = ({getattr(r, name) for r in self.per_run} for name in ("use", "unit"))
             data, errors = "measured" if self.campaign.readings == "measured" else "in the data", []
             for r in self.per_run:
-                row = {"run": r.run, "signal": r.signal, "N/mm2": words.tension(r.tension), "yaw deg": words.yaw(r.yaw)}
+                row = {"run": r.run, "signal": r.signal}
+                row |= {"N/mm2": f"{r.tension / N_PER_MM2:g}", "yaw deg": f"{r.yaw / DEGREE:+.3g}"}
                 row |= {"use": r.use.replace("_", " ")} if len(uses) > 1 else {}
                 row |= {"unit": r.unit} if len(units) > 1 else {}
                 row["rms"] = words.column(r.before)
@@ -352,6 +350,4 @@ class Comparison(Display):
 
         return pd.json_normalize([asdict(r) for r in self.per_run or self.steady], sep="_")
 
-    def to_xarray(self) -> Any:
-        """rms before and after of every run and signal, in SI."""
-        return error_grid(self.per_run)
+    to_xarray = error_grid

@@ -29,7 +29,6 @@ from pydantic import (
 from belt_sim.effects.base import Effect, library
 from belt_sim.results import words
 from belt_sim.results.simulation import effect_json
-from belt_sim.results.words import join_effects
 from belt_sim.units import round_digits, shop_unit
 
 IN_SI = {"units": "SI"}  # context of reading a file that has our own names and SI throughout
@@ -72,7 +71,7 @@ Array = Annotated[
 EffectSet = Annotated[
     tuple[str, ...],
     BeforeValidator(lambda text: tuple(text.split(" + "))),
-    PlainSerializer(join_effects, return_type=str),
+    PlainSerializer(" + ".join, return_type=str),
 ]
 #: what has no layout of its own: names with whatever stands beside them
 Free = Annotated[dict[str, Any], PlainValidator(dict), PlainSerializer(dict, return_type=dict[str, Any])]

@@ -1,17 +1,18 @@
 """A simulation: one case, one model, its curves."""
 
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
-from belt_sim.case import Case, Schedule
-from belt_sim.curves import ALONG, LATE_SHARE, Curves, curves_columns, late_rates, offsets
+from belt_sim.case import Case
+from belt_sim.curves import ALONG, LATE_SHARE, Curves, curves_columns, late_rates
 from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, Limit, warning
 from belt_sim.results import words
-from belt_sim.results.words import Display, Table, data_frame, dataset
+from belt_sim.results.words import Display, Table, dataset
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2, round_digits
 
 POINTS = (1, 2, 3, 4)
@@ -84,7 +85,10 @@ class Simulation(Display):
     @property
     def offsets(self) -> tuple[float, float] | None:
         """Lateral offset across the spans at the end [m]: upper y1 - y4, lower y3 - y2."""
-        return None if self.curves is None else offsets(self.curves)
+        if self.curves is None:
+            return None
+        y = np.asarray(self.curves.y)[:, -1]
+        return float(y[0] - y[3]), float(y[2] - y[1])
 
     @property
     def sag(self) -> float | None:
@@ -100,7 +104,7 @@ class Simulation(Display):
 
     @property
     def title(self) -> str:
-        tension = words.tension(float(self.case.settings.tension))
+        tension = f"{float(self.case.settings.tension) / N_PER_MM2:g}"
         return f"{' + '.join([self.model, *(e.id for e in self.effects)])}, {tension} N/mm2"
 
     @property
@@ -137,7 +141,9 @@ class Simulation(Display):
 
     def to_pandas(self) -> Any:
         """The curves as in curves.csv: travel in m, y in mm, angles in mrad."""
-        return data_frame(curves_columns(self._stored_curves()))
+        import pandas as pd
+
+        return pd.DataFrame(curves_columns(self._stored_curves()))
 
     def to_xarray(self) -> Any:
         """The curves over travel, point and span, in SI."""
@@ -161,13 +167,21 @@ def effect_json(effect: Effect) -> dict[str, Any]:
 
 
 def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content of summary.json; rates in mm per m of travel, offsets in mm."""
+    """Return the content of summary.json; rates in mm per m of travel, offsets in mm.
+
+    yaw_deg: the degrees of a step at travel 0, otherwise the list of {at, over, yaw} that ``yaw=`` takes.
+    """
+    schedule = s.case.settings.yaw
+    at, over = np.asarray(schedule.at, float), np.asarray(schedule.over, float)
+    degrees = [round_digits(a, SETTING_DIGITS) for a in np.cumsum(schedule.change) / DEGREE]
+    yaw: Any = [{"at": a, "over": o, "yaw": d} for a, o, d in zip(at.tolist(), over.tolist(), degrees, strict=True)]
+    yaw = degrees[0] if len(at) == 1 and at[0] == over[0] == 0.0 else yaw
     ends = dict(zip(SPANS, s.offsets or (None, None), strict=True))
     content: dict[str, Any] = {
         "schema": SUMMARY,
         "model": s.model,
         "tension_n_per_mm2": round_digits(float(s.case.settings.tension) / N_PER_MM2, SETTING_DIGITS),
-        "yaw_deg": yaw_json(s.case.settings.yaw),
+        "yaw_deg": yaw,
         "travel_m": s.travel,
         "rate_mm_per_m": {str(k): float(r) / MM_PER_M for k, r in zip(POINTS, s.rates, strict=True)},
         "offset_mm": {k: None if e is None else e / MM for k, e in ends.items()},
@@ -184,20 +198,6 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> dict[str, Any]
         content["note"] = s.note
     if s.beyond:
         content["beyond_validity"] = {"limits": {x.id: x.load for x in s.beyond}, "sentence": s.warning}
-    return content | _finite(s.details) | {"provenance": dict(provenance)}
-
-
-def yaw_json(schedule: Schedule) -> float | list[dict[str, Any]]:
-    """Return the degrees of a step at travel 0, otherwise the list of {at, over, yaw} that ``yaw=`` takes."""
-    at, over = np.asarray(schedule.at, float), np.asarray(schedule.over, float)
-    degrees = [round_digits(a, SETTING_DIGITS) for a in np.cumsum(schedule.change) / DEGREE]
-    if len(at) == 1 and at[0] == over[0] == 0.0:
-        return degrees[0]
-    return [{"at": a, "over": o, "yaw": d} for a, o, d in zip(at.tolist(), over.tolist(), degrees, strict=True)]
-
-
-def _finite(value: Any) -> Any:
-    """Return numbers that JSON does not know (inf) as words."""
-    if isinstance(value, Mapping):
-        return {k: _finite(v) for k, v in value.items()}
-    return str(value) if isinstance(value, float) and not np.isfinite(value) else value
+    words_of = {"Infinity": "inf", "-Infinity": "-inf", "NaN": "nan"}  # numbers that JSON does not know, as words
+    details = json.loads(json.dumps(dict(s.details)), parse_constant=words_of.get)
+    return content | details | {"provenance": dict(provenance)}

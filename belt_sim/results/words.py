@@ -4,37 +4,37 @@ terminals and notebooks, pandas frames and xarray datasets."""
 import html
 import math
 import re
+import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from belt_sim.errors import BeltError
-from belt_sim.units import DEGREE, N_PER_MM2
 
 KILO = 1e3  # m -> mm, rad -> mrad
-NONE = "–"
+NO_NUMBER = "–"
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def number(value: Any, digits: int = 3) -> str:
     """A number to ``digits`` significant digits; a dash when there is none."""
     if not _is_number(value):
-        return NONE
+        return NO_NUMBER
     if value == 0.0:
         return "0"
     if 1e-3 <= abs(value) < 1e5:
         decimals = max(0, digits - 1 - math.floor(math.log10(abs(value))))
-        return _minus(f"{value:.{decimals}f}")
+        return f"{value:.{decimals}f}".replace("-", "−")
     mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-    return _minus(f"{mantissa}·10{str(int(exponent)).translate(_SUPERSCRIPTS)}")
+    return f"{mantissa}·10{str(int(exponent)).translate(_SUPERSCRIPTS)}".replace("-", "−")
 
 
 def thousandths(value: Any) -> str:
     """A length [m] in mm or an angle [rad] in mrad as a rig's people read it: hundredths, below 0.1 two digits."""
     if not _is_number(value):
-        return NONE
+        return NO_NUMBER
     shown = value * KILO
-    return _minus(f"{shown:.2f}") if abs(shown) >= 0.1 or shown == 0.0 else number(shown, 2)
+    return f"{shown:.2f}".replace("-", "−") if abs(shown) >= 0.1 or shown == 0.0 else number(shown, 2)
 
 
 def column(value: Any, *, sign: bool = False) -> str:
@@ -51,29 +51,14 @@ def decimal(value: Any, decimals: int) -> str:
 
 def setting(value: Any) -> str:
     """A number as somebody set it, without digits that say nothing."""
-    return _minus(f"{value:g}") if _is_number(value) else NONE
-
-
-def tension(stress: float) -> str:
-    """A tension [Pa] as somebody set it, in N/mm2."""
-    return f"{stress / N_PER_MM2:g}"
-
-
-def yaw(angle: float) -> str:
-    """An angle [rad] in degrees, with its sign."""
-    return f"{angle / DEGREE:+.3g}"
-
-
-def degrees(angle: float) -> str:
-    """An angle [rad] in degrees, without digits that say nothing."""
-    return setting(angle / DEGREE)
+    return f"{value:g}".replace("-", "−") if _is_number(value) else NO_NUMBER
 
 
 def with_u(value: Any, u: Any, unit: str = "") -> str:
     """value ± u (one sigma) to two digits of u, with the unit; both share a power of ten."""
     unit = "" if unit in ("", "1") else f" {unit}"
     if not _is_number(value):
-        return NONE
+        return NO_NUMBER
     if not _is_number(u) or u <= 0.0:
         return number(value) + unit
     top = max(abs(value), u)
@@ -81,12 +66,7 @@ def with_u(value: Any, u: Any, unit: str = "") -> str:
     decimals = max(0, 1 - math.floor(math.log10(u / 10.0**power)))
     core = f"{value / 10.0**power:.{decimals}f} ± {u / 10.0**power:.{decimals}f}"
     core = f"({core})·10{str(power).translate(_SUPERSCRIPTS)}" if power else core
-    return _minus(core) + unit
-
-
-def join_effects(ids: Sequence[str]) -> str:
-    """Effects of one set: a + b."""
-    return " + ".join(ids)
+    return core.replace("-", "−") + unit
 
 
 def in_print(text: str) -> str:
@@ -108,9 +88,8 @@ def capital(line: str) -> str:
 
 def count(n: int) -> str:
     """A small number as a word."""
-    return dict(enumerate(["no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine"])).get(
-        n, str(n)
-    )
+    named = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine")
+    return named[n] if n < len(named) else str(n)
 
 
 def join_words(names: Sequence[str]) -> str:
@@ -135,10 +114,6 @@ def _is_number(value: Any) -> bool:
     return isinstance(value, int | float) and math.isfinite(value)
 
 
-def _minus(text: str) -> str:
-    return text.replace("-", "−")
-
-
 @dataclass(frozen=True)
 class Table:
     """Columns and rows of text; left: columns of words; marked: rows to be seen first."""
@@ -151,22 +126,20 @@ class Table:
 
     def html(self) -> str:
         """Return the table as HTML for a notebook."""
-        align = ["left" if c in self.left else "right" for c in self.columns]
-
-        def cells(tag: str, row: Sequence[str]) -> str:
-            said = zip(align, map(html.escape, row), strict=True)
-            return "".join(f'<{tag} style="text-align:{side}">{text}</{tag}>' for side, text in said)
-
-        body = ""
-        for k, row in enumerate(self.rows):
-            style = ' style="color:#d55e00"' if k in self.marked else ""
-            body += f"<tr{style}>{cells('td', row)}</tr>"
-        caption = f"<caption>{html.escape(self.title)}</caption>" if self.title else ""
-        return f"<table>{caption}<tr>{cells('th', self.columns)}</tr>{body}</table>"
+        sides = ["left" if c in self.left else "right" for c in self.columns]
+        body = f"<caption>{html.escape(self.title)}</caption>" if self.title else ""
+        for k, row in enumerate([self.columns, *self.rows], start=-1):
+            tag, style = "th" if k < 0 else "td", ' style="color:#d55e00"' if k in self.marked else ""
+            cells = zip(sides, map(html.escape, row), strict=True)
+            said = "".join(f'<{tag} style="text-align:{side}">{text}</{tag}>' for side, text in cells)
+            body += f"<tr{style}>{said}</tr>"
+        return f"<table>{body}</table>"
 
 
 class Display:
-    """Mixin of results: text in a terminal, HTML in a notebook."""
+    """Mixin of results: text in a terminal, in lines of ``width`` where that is stated, HTML in a notebook."""
+
+    width: ClassVar[int | None] = None
 
     def lines(self) -> Sequence[str]:
         """Return the result in a few lines."""
@@ -177,18 +150,15 @@ class Display:
         return ()
 
     def __repr__(self) -> str:
-        return in_terminal("\n".join(self.lines()))
+        lines = self.lines()
+        if self.width is not None:
+            lines = [textwrap.fill(line, self.width, subsequent_indent="  ") for line in lines]
+        return in_terminal("\n".join(lines))
 
     def _repr_html_(self) -> str:
         first, *rest = (html.escape(line) for line in self.lines())
         text = f"<p><b>{first}</b>{''.join(f'<br>{line}' for line in rest)}</p>"
         return in_print("".join([text, *(table.html() for table in self.tables())]))
-
-
-def data_frame(rows: Any) -> Any:
-    import pandas as pd
-
-    return pd.DataFrame(rows)
 
 
 def dataset(variables: Mapping[str, Any], coords: Mapping[str, Any], units: Mapping[str, str]) -> Any:

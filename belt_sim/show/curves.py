@@ -46,7 +46,7 @@ def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves],
         runs = zip(curves.values(), looks, curves, strict=True)
         fig = _four_points([(run, {**look, "label": name}) for run, look, name in runs])
         fig.legend(*fig.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=min(len(curves), 5))
-    return style.finish_picture(fig, path, title or ", ".join(curves))
+    return style.save(fig, path, title or ", ".join(curves))
 
 
 def _four_points(lines: Sequence[tuple[Curves, Mapping[str, Any]]]) -> Any:
@@ -80,7 +80,7 @@ def steady_picture(path: str | os.PathLike | None, rows: "Sequence[SteadyError]"
     ax.set_ylim(bottom=min(0.0, ax.get_ylim()[0]))
     ax.margins(x=0.02)
     ax.set(xlabel="tension [N/mm²]", ylabel=f"late rate of point {point} [mm per m of travel]")
-    return style.finish_picture(fig, path, title)
+    return style.save(fig, path, title)
 
 
 ACROSS, PANELS = 4, 24
@@ -101,7 +101,7 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
                 ax.errorbar([tensions[s.run] for s in stated], y, u, **look)
         ax.set(xlabel="tension [N/mm²]", ylabel="steady rate [mm/m]")
         ax.legend()
-        return style.finish_picture(fig, path, campaign.title[:70])
+        return style.save(fig, path, campaign.title[:70])
     shown, kinds = recorded[:PANELS], {s.kind for s in campaign.signals}
     label = "y [mm]" if kinds == {"lateral"} else "roll [mrad]" if kinds == {"tilt"} else "y [mm], roll [mrad]"
     across = min(ACROSS, len(shown))
@@ -127,12 +127,12 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
             ax.tick_params(labelbottom=True)
     fig.legend(*axes[0].get_legend_handles_labels(), loc="outside lower left", ncols=6)
     left = len(recorded) - len(shown)
-    return style.finish_picture(fig, path, campaign.title[:90] + (f" ({left} more runs)" if left else ""))
+    return style.save(fig, path, campaign.title[:90] + (f" ({left} more runs)" if left else ""))
 
 
-DOTS = 60  # late rates that a line of a map marks, at most
+MAP_DOTS = 60  # late rates that a line of a map marks, at most
 #: column of a table or setting -> label of its axis
-WORDS = {
+AXIS_LABELS = {
     "tension": "tension [N/mm²]",
     "yaw": "yaw of the tail pulley [degrees]",
     "yaw_head": "yaw of the head pulley [degrees]",
@@ -145,12 +145,6 @@ WORDS = {
     "overshoot1_mm": "overshoot of point 1 [mm]",
     "retreat1_mm": "retreat of point 1 [mm]",
 }
-
-
-def axis_words(column: str) -> str:
-    """The label of the axis of a column or setting."""
-    known = column.removesuffix("_n_per_mm2").removesuffix("_deg")
-    return WORDS.get(known, column.replace("_", " "))
 
 
 @style.picture
@@ -168,7 +162,8 @@ def map_picture(
     steady (n,): the steady rates beside them.
     """
     *axes, values = columns.values()
-    *names, label = (axis_words(column) for column in columns)
+    known = [column.removesuffix("_n_per_mm2").removesuffix("_deg") for column in columns]
+    *names, label = (AXIS_LABELS.get(k, column.replace("_", " ")) for k, column in zip(known, columns, strict=True))
     title = label.split(" [")[0].capitalize()
     if len(axes) == 1:
         fig, [[ax]] = style.figure(7.2, 4.4)
@@ -176,7 +171,7 @@ def map_picture(
         x, z = axes[0][order], values[order]
         ax.plot(x, z if steady is None else steady[order], color=BLUE, label=None if steady is None else "steady rate")
         if settled is not None:
-            kept = np.unique(np.linspace(0, len(x) - 1, min(len(x), DOTS)).round().astype(int))
+            kept = np.unique(np.linspace(0, len(x) - 1, min(len(x), MAP_DOTS)).round().astype(int))
             there = settled[order][kept]
             dot: dict[str, Any] = {"marker": "o", "markersize": 5, "linestyle": "none", "color": BLUE}
             for some, face, name in ((there, BLUE, "late rate, settled"), (~there, "white", "late rate, not settled")):
@@ -184,7 +179,7 @@ def map_picture(
                     ax.plot(x[kept][some], z[kept][some], **dot, markerfacecolor=face, label=name)
             ax.legend(loc="best")
         ax.set(xlabel=names[0], ylabel=label)
-        return style.finish_picture(fig, path, title)
+        return style.save(fig, path, title)
     fig, [[ax]] = style.figure(7.6, 5.0)
     limit = float(np.nanmax(np.abs(values))) or 1.0
     look: dict[str, Any] = {"cmap": style.diverging_map(), "vmin": -limit, "vmax": limit}
@@ -203,7 +198,7 @@ def map_picture(
     fig.colorbar(drawn, ax=ax, label=label)
     ax.set(xlabel=names[0], ylabel=names[1])
     late = "" if settled is None or settled.all() else f", {np.count_nonzero(~settled):,} of them not settled"
-    return style.finish_picture(fig, path, f"{title}, {len(values):,} cases{late}")
+    return style.save(fig, path, f"{title}, {len(values):,} cases{late}")
 
 
 _LINES = ("-", "--", "-", "--")  # points 1 and 2 lie close together, and so do 3 and 4
@@ -238,23 +233,21 @@ def bode_picture(path: str | os.PathLike, space: Any, highest: float) -> Path:
     phase.set_ylabel("phase [degrees]")
     phase.set_xlabel(f"frequency of the yaw [rad/s] at {plant.speed:g} m/s")
     effort = f"{plant.tension / N_PER_MM2:g} N/mm2"
-    return style.finish_picture(
-        fig, path, f"Belt position at points 1-4 per yaw of the tail pulley ({plant.model}, {effort})"
-    )
+    return style.save(fig, path, f"Belt position at points 1-4 per yaw of the tail pulley ({plant.model}, {effort})")
 
 
 # ---- a finished sweep: pictures keyed by what was swept, and one recording of all its runs
 
-MOST = 8  # values of one key that a picture tells apart, spread evenly over those that there are
-LEAST = 3  # values of a number, from which on rates are drawn against it
+SHOWN_VALUES = 8  # values of one key that a picture tells apart, spread evenly over those that there are
+LEAST_VALUES = 3  # values of a number, from which on rates are drawn against it
 #: keys of a run that say what it is, in the order in which they get colours; others follow
-KEYS = ("tension", "yaw", "yaw_head", "effects", "travel", "speed", "direction")
-STEADY, LATE = "steady rate [mm per m of travel]", "late rate of point 1 [mm per m of travel]"
-PLAIN: dict[str, Any] = {"color": INK, "linestyle": "-", "linewidth": 1.8}
-HOLLOW: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": INK, "markerfacecolor": "white"}
+RUN_KEYS = ("tension", "yaw", "yaw_head", "effects", "travel", "speed", "direction")
+STEADY_LABEL, LATE_LABEL = "steady rate [mm per m of travel]", "late rate of point 1 [mm per m of travel]"
+PLAIN_LINE: dict[str, Any] = {"color": INK, "linestyle": "-", "linewidth": 1.8}
+HOLLOW_DOT: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": INK, "markerfacecolor": "white"}
 #: what tells the values of the first, second and third key apart
-MEANS: tuple[tuple[str, Sequence[Any]], ...]
-MEANS = (("color", CYCLE), ("linestyle", DASHES), ("linewidth", (1.8, 0.9, 3.0, 0.5)))
+KEY_LOOKS: tuple[tuple[str, Sequence[Any]], ...]
+KEY_LOOKS = (("color", CYCLE), ("linestyle", DASHES), ("linewidth", (1.8, 0.9, 3.0, 0.5)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -279,7 +272,7 @@ def read_run(folder: Path) -> FinishedRun:
     typed = yaml.safe_load((folder / ".hydra" / "overrides.yaml").read_text(encoding="utf-8")) or []
     summary = read_json(folder / "summary.json")
     own = dict(o.lstrip("+").split("=", 1) for o in typed if "=" in o)
-    stated = {k: yaml.safe_load(v) for k, v in own.items()} | {k: config.get(k) for k in KEYS}
+    stated = {k: yaml.safe_load(v) for k, v in own.items()} | {k: config.get(k) for k in RUN_KEYS}
     keys = {k: v if isinstance(v, int | float | str) else "" if v is None else str(v) for k, v in stated.items()}
     keys |= {"model": summary["model"], "effects": own.get("effects", "") if summary["effects"] else ""}
     there, steady = folder / "curves.csv", summary.get("steady_rate_mm_per_m")
@@ -296,7 +289,11 @@ def read_run(folder: Path) -> FinishedRun:
 
 def swept_keys(runs: Sequence[FinishedRun]) -> list[str]:
     """The keys whose values differ, the model last."""
-    names = [*KEYS, *dict.fromkeys(k for run in runs for k in run.keys if k not in KEYS and k != "model"), "model"]
+    names = [
+        *RUN_KEYS,
+        *dict.fromkeys(k for run in runs for k in run.keys if k not in RUN_KEYS and k != "model"),
+        "model",
+    ]
     return [k for k in names if len({str(run.keys.get(k)) for run in runs}) > 1]
 
 
@@ -314,17 +311,17 @@ def looks_of(runs: Sequence[FinishedRun], keys: Sequence[str]) -> dict[str, dict
     the model, else of the second, width of a third."""
     others, models = [k for k in keys if k != "model"], [k for k in keys if k == "model"]
     looks = {}
-    for key, (name, means) in zip([*others[:1], *models, *others[1:]], MEANS, strict=False):
+    for key, (name, means) in zip([*others[:1], *models, *others[1:]], KEY_LOOKS, strict=False):
         there = list(dict.fromkeys(run.keys.get(key) for run in runs))
         there = there if key == "model" else sorted(there, key=lambda v: (isinstance(v, str), v))
-        kept = sorted({round(k) for k in np.linspace(0, len(there) - 1, min(MOST, len(there)))})
+        kept = sorted({round(k) for k in np.linspace(0, len(there) - 1, min(SHOWN_VALUES, len(there)))})
         looks[key] = {there[at]: {name: means[k % len(means)]} for k, at in enumerate(kept)}
     return looks
 
 
 def look_of(run: FinishedRun, looks: Mapping[str, Mapping[Any, dict[str, Any]]]) -> dict[str, Any] | None:
     """The look of a run; None where one of its values is not among those that are shown."""
-    look = PLAIN | {"color": CYCLE[0]}
+    look = PLAIN_LINE | {"color": CYCLE[0]}
     for key, values in looks.items():
         if run.keys.get(key) not in values:
             return None
@@ -336,20 +333,24 @@ def _legend(fig: Any, looks: Mapping[str, Mapping[Any, dict[str, Any]]], columns
     """Draw a legend with a line a value, key by key; hollow: what a hollow dot says."""
     from matplotlib.lines import Line2D
 
-    named = [(in_words(key, value), PLAIN | look) for key, values in looks.items() for value, look in values.items()]
-    handles = [Line2D([], [], label=name, **look) for name, look in [*named, *([(hollow, HOLLOW)] if hollow else [])]]
+    named = [
+        (in_words(key, value), PLAIN_LINE | look) for key, values in looks.items() for value, look in values.items()
+    ]
+    handles = [
+        Line2D([], [], label=name, **look) for name, look in [*named, *([(hollow, HOLLOW_DOT)] if hollow else [])]
+    ]
     if handles:
         fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), columns))
 
 
 def draw_sweep(folder: Path, runs: Sequence[FinishedRun]) -> list[Path]:
-    """Draw sweep_curves.png and, against a number of at least LEAST values, sweep_rates.png; returns their paths."""
+    """Draw sweep_curves.png and, against a number of at least LEAST_VALUES, sweep_rates.png; returns their paths."""
     keys = swept_keys(runs)
     curved = [run for run in runs if run.curves is not None]
     drawn = [sweep_curves(folder / "sweep_curves.png", curved, keys)] if keys and len(curved) > 1 else []
     for key in keys:
         numbers = {run.keys[key] for run in runs if isinstance(run.keys.get(key), int | float)}
-        if len(numbers) >= LEAST:
+        if len(numbers) >= LEAST_VALUES:
             return [*drawn, sweep_rates(folder / "sweep_rates.png", runs, key, [k for k in keys if k != key])]
     return drawn
 
@@ -362,7 +363,7 @@ def sweep_curves(path: Path | None, runs: Sequence[FinishedRun], keys: Sequence[
     fig = _four_points(shown)
     _legend(fig, looks, 6)
     some = f" ({len(shown)} of {len(runs)} runs)" if len(shown) < len(runs) else ""
-    return style.finish_picture(fig, path, f"Points 1-4 against belt travel, by {_and(keys)}{some}")
+    return style.save(fig, path, f"Points 1-4 against belt travel, by {_and(keys)}{some}")
 
 
 @style.picture
@@ -390,9 +391,9 @@ def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys
     _legend(fig, looks, 5, "" if settled.all() else f"not settled{late}")
     ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
     ax.margins(x=0.03)
-    ax.set(xlabel=axis_words(along), ylabel=STEADY if any(steady) else LATE)
+    ax.set(xlabel=AXIS_LABELS.get(along, along.replace("_", " ")), ylabel=STEADY_LABEL if any(steady) else LATE_LABEL)
     title = f"{'Steady' if any(steady) else 'Late'} rate against {_and([along])}"
-    return style.finish_picture(fig, path, f"{title}, by {_and(keys)}" if keys else title)
+    return style.save(fig, path, f"{title}, by {_and(keys)}" if keys else title)
 
 
 def _and(keys: Sequence[str]) -> str:

@@ -14,15 +14,15 @@ from belt_sim.show import style
 from belt_sim.show.style import AFTER, BEFORE, CYCLE, FAINT, INK, MEASURED
 from belt_sim.units import shop_unit
 
-COLUMNS = 2
-WIDE, HIGH = 5.4, 3.5  # [inch] of a panel with what stands about it
+PANELS_ABREAST = 2
+PANEL_WIDTH, PANEL_HEIGHT = 5.4, 3.5  # [inch] of a panel with what stands about it
 #: [inch] around and between panels; a title stands above each
 AROUND = {"left": 0.8, "right": 0.15, "top": 0.75, "bottom": 1.75, "across": 0.85, "down": 1.65}
-LINE = 0.2  # [inch] of a title that has one more
-GAP = 0.06  # between a panel and its residual, likewise
+TITLE_LINE = 0.2  # [inch] of a title that has one more
+RESIDUAL_GAP = 0.06  # between a panel and its residual, likewise
 RESIDUAL = 0.4  # height of a panel's residual (model - measured), in heights of the panel
 
-DOTS = 60  # measured samples shown in one panel
+PANEL_DOTS = 60  # measured samples shown in one panel
 MOST_PANELS = 36  # of a page, whose readers choose among them
 FEW_PANELS = 6  # of a picture, as large as a screen
 
@@ -51,9 +51,9 @@ def overlay_picture(
     if len(panels) > most:
         title = f"{title}: the {most} largest misfits of {len(panels)} records"
         panels = shown_panels(panels, most)
-    columns = min(COLUMNS, len(panels))
+    columns = min(PANELS_ABREAST, len(panels))
     rows = -(-len(panels) // columns)
-    size = max(WIDE * columns, 6.5), HIGH * rows + 1.0
+    size = max(PANEL_WIDTH * columns, 6.5), PANEL_HEIGHT * rows + 1.0
     fig, axes = style.panels(*size, rows, columns, len(panels), layout=None, sharex=True)
     entries = {}
     band: dict[str, Any] = {"color": FAINT, "alpha": 0.35, "linewidth": 0}
@@ -61,7 +61,7 @@ def overlay_picture(
     for k, (ax, panel) in enumerate(zip(axes, panels, strict=True)):
         centre = panel.base if panel.final is None else panel.final
         ax.fill_between(panel.travel, centre - panel.band, centre + panel.band, label="uncertainty (2u)", **band)
-        shown = slice(None, None, max(1, len(panel.travel) // DOTS))
+        shown = slice(None, None, max(1, len(panel.travel) // PANEL_DOTS))
         ax.plot(panel.travel[shown], panel.measured[shown], "o", label=names.get("measured", "measured"), **dots)
         ax.plot(panel.travel, panel.base, color=BEFORE, linestyle=(0, (4, 2)), label=names["base"])
         if panel.final is not None:
@@ -74,7 +74,7 @@ def overlay_picture(
         entries.update(dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True)))
 
         # the residual below
-        below = ax.inset_axes((0.0, -RESIDUAL - GAP, 1.0, RESIDUAL), sharex=ax)
+        below = ax.inset_axes((0.0, -RESIDUAL - RESIDUAL_GAP, 1.0, RESIDUAL), sharex=ax)
         below.fill_between(panel.travel, -panel.band, panel.band, **band)
         below.plot(panel.travel, panel.base - panel.measured, color=BEFORE, linewidth=1.2)
         if panel.final is not None:
@@ -85,7 +85,7 @@ def overlay_picture(
         below.set_xlabel("belt travel [m]")
     fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=len(entries))
 
-    top = AROUND["top"] + LINE * (style.title(fig, title) - 1)
+    top = AROUND["top"] + TITLE_LINE * (style.title(fig, title) - 1)
     style.place(fig, rows, columns, **{**AROUND, "top": top})
     return style.save(fig, path)
 
@@ -98,16 +98,16 @@ def overlay_svg(panels: Sequence[Panel], title: str, *, names: Mapping[str, str]
         place = ax.get_position()
         left, top = place.x0 * width - AROUND["left"] + 0.05, (1.0 - place.y1) * height - 0.35
         right = place.x1 * width + AROUND["right"]
-        bottom = (1.0 - place.y0 + (RESIDUAL + GAP) * place.height) * height + 0.5
+        bottom = (1.0 - place.y0 + (RESIDUAL + RESIDUAL_GAP) * place.height) * height + 0.5
         box = " ".join(f"{72.0 * v:.1f}" for v in (left, top, right - left, bottom - top))
         svg = svg.replace(f'<g id="panel-{k}"', f'<g id="panel-{k}" data-box="{box}"', 1)
     return svg
 
 
-EDGE = "#fdfdfd"  # white that a page does not take for its paper: it turns all of a cell where it is dark
+CELL_EDGE = "#fdfdfd"  # white that a page does not take for its paper: it turns all of a cell where it is dark
 #: |E / u_val| inside of which nothing can be said (ASME V&V 20 with k = 2), and where the colour is full.
 SAYS_NOTHING = 2.0
-FULL = 10.0
+FULL_COLOUR = 10.0
 
 
 @style.picture
@@ -116,10 +116,10 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
     nothing."""
     from matplotlib.colors import ListedColormap
 
-    at = np.linspace(-FULL, FULL, 401)
-    beyond = np.sign(at) * np.maximum(np.abs(at) - SAYS_NOTHING, 0.0) / (FULL - SAYS_NOTHING)
+    at = np.linspace(-FULL_COLOUR, FULL_COLOUR, 401)
+    beyond = np.sign(at) * np.maximum(np.abs(at) - SAYS_NOTHING, 0.0) / (FULL_COLOUR - SAYS_NOTHING)
     colours = ListedColormap(style.diverging_map()(0.5 + 0.5 * beyond))
-    look: dict[str, Any] = {"cmap": colours, "vmin": -FULL, "vmax": FULL}
+    look: dict[str, Any] = {"cmap": colours, "vmin": -FULL_COLOUR, "vmax": FULL_COLOUR}
     columns = min(2, len(maps))
     rows = -(-len(maps) // columns)
     most = max(len(m.tension) for m in maps)
@@ -128,11 +128,13 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
     for k, (ax, one) in enumerate(zip(axes, maps, strict=True)):
         ratio, below = np.asarray(one.ratio, float), np.arange(len(one.tension) + 1)
         ax.set_facecolor(style.GRID)
-        mesh = ax.pcolormesh(one.edges, below, np.ma.masked_invalid(ratio), edgecolors=EDGE, gid=f"cells-{k}", **look)
+        mesh = ax.pcolormesh(
+            one.edges, below, np.ma.masked_invalid(ratio), edgecolors=CELL_EDGE, gid=f"cells-{k}", **look
+        )
         middle = 0.5 * (np.asarray(one.edges)[1:] + np.asarray(one.edges)[:-1])
         for i, j in np.argwhere(np.isfinite(ratio)):
             size_of = abs(float(ratio[i, j]))
-            strong = size_of - SAYS_NOTHING > 0.55 * (FULL - SAYS_NOTHING)
+            strong = size_of - SAYS_NOTHING > 0.55 * (FULL_COLOUR - SAYS_NOTHING)
             number, colour = f"{ratio[i, j]:.0f}" if size_of >= 1.0 else "·", style.PAPER if strong else INK
             ax.text(middle[j], i + 0.5, number, color=colour, fontsize=style.FONT - 2, ha="center", va="center")
         ax.set_yticks(below[:-1] + 0.5, [f"{t:.4g}" for t in one.tension])
@@ -140,12 +142,19 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
         ax.grid(False)
     between = "\n" if rows * most < 6 else " "  # of a low bar
     lines = style.title(fig, title)
-    inches = {"left": 0.75, "right": 1.3, "top": 0.75 + LINE * (lines - 1), "bottom": 0.6, "across": 0.85, "down": 0.95}
+    inches = {
+        "left": 0.75,
+        "right": 1.3,
+        "top": 0.75 + TITLE_LINE * (lines - 1),
+        "bottom": 0.6,
+        "across": 0.85,
+        "down": 0.95,
+    }
     style.place(fig, rows, columns, **inches)
     low, high, right = (axes[k].get_position() for k in (-1, 0, columns - 1))
     beside = fig.add_axes((right.x1 + 0.25 / size[0], low.y0, 0.18 / size[0], high.y1 - low.y0))
     bar = fig.colorbar(mesh, cax=beside, label=f"(model − measured){between}/ its uncertainty")
-    bar.set_ticks([-FULL, -5, -SAYS_NOTHING, 0, SAYS_NOTHING, 5, FULL])
+    bar.set_ticks([-FULL_COLOUR, -5, -SAYS_NOTHING, 0, SAYS_NOTHING, 5, FULL_COLOUR])
     bar.outline.set_visible(False)
     return style.save(fig, path)
 
@@ -186,14 +195,14 @@ def drift_chart_picture(
         ax.set(xlabel="tension [N/mm²]", ylabel=f"{axis_label(before.parameter, before.unit)}, bars 2u")
     entries = dict(zip(*reversed(axes[0][0].get_legend_handles_labels()), strict=True))
     fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=2)
-    top = 0.5 + LINE * (style.title(fig, title) - 1)
+    top = 0.5 + TITLE_LINE * (style.title(fig, title) - 1)
     inches = {"left": 0.75, "right": 0.15, "top": top, "bottom": 1.2, "across": 0.85, "down": 0.0}
     style.place(fig, 1, len(drifts), **inches)
     return style.save(fig, path)
 
 
 #: Shares of the largest plausible size between which bars are drawn.
-LEAST, MOST = 1e-4, 10.0
+LEAST_SHARE, MOST_SHARE = 1e-4, 10.0
 
 
 @style.picture
@@ -205,21 +214,21 @@ def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: 
     ax.grid(False, axis="y")
     share = np.array([v.share for v in visible])
     for some, alpha in ((share < WELL, 1.0), ((share >= WELL) & (share < 1.0), 0.45)):
-        start = np.maximum(share[some], LEAST)
+        start = np.maximum(share[some], LEAST_SHARE)
         ax.barh(rows[some], 1.0 - start, left=start, height=0.7, color=AFTER, alpha=alpha)
     for row in np.flatnonzero(share >= 1.0):
         said = "hidden" if visible[row].smallest is None else "only beyond"
         ax.annotate(said, (1.05, rows[row]), va="center", color=INK)
     ax.axvline(1.0, color=FAINT, linewidth=1.2)
-    ax.set(xscale="log", xlim=(LEAST, MOST), ylim=(-0.7, len(visible) - 0.3))
+    ax.set(xscale="log", xlim=(LEAST_SHARE, MOST_SHARE), ylim=(-0.7, len(visible) - 0.3))
     ax.set_xlabel("size that shows, over the largest that a machine could have")
-    top = 0.5 + LINE * (style.title(fig, f"What would show: {title}") - 1)
+    top = 0.5 + TITLE_LINE * (style.title(fig, f"What would show: {title}") - 1)
     left = 0.3 + 0.085 * max(len(v.effect) for v in visible)
     style.place(fig, 1, 1, left=left, right=0.2, top=top, bottom=0.6, across=0.0, down=0.0)
     return style.save(fig, path)
 
 
-UNKNOWN = "unknown input u"
+UNKNOWN_LABEL = "unknown input u"
 
 
 def axis_label(name: str, unit: str) -> str:
@@ -239,11 +248,11 @@ def unknown_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
         ax.fill_between(c.travel, factor * (c.u - sd), factor * (c.u + sd), color=colour, **band)
         ax.plot(c.travel, factor * c.u, color=colour, label=c.label)
     ax.axhline(0.0, color=INK, linewidth=0.8)
-    ax.set(xlabel="belt travel [m]", ylabel=axis_label(UNKNOWN, unit))
+    ax.set(xlabel="belt travel [m]", ylabel=axis_label(UNKNOWN_LABEL, unit))
     if not many:
         fig.legend(loc="outside lower center", ncols=min(len(d.courses), 4))
     words = next((p.words for p in d.places if d.law is None or p.words in d.law.place), d.places[0].words)
-    return style.finish_picture(fig, path, f"Unknown input at one place: {words}")
+    return style.save(fig, path, f"Unknown input at one place: {words}")
 
 
 @style.picture
@@ -252,9 +261,9 @@ def law_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     assert d.law is not None
     assert d.curve is not None
     factor, unit = shop_unit(d.unit)
-    scale, xlabel, ylabel = 1.0, "belt travel [m]", axis_label(UNKNOWN, unit)
+    scale, xlabel, ylabel = 1.0, "belt travel [m]", axis_label(UNKNOWN_LABEL, unit)
     if "yaw" in d.law.variable:
-        factor, ylabel = 1.0, axis_label(UNKNOWN, "share of the yaw" if d.unit == "rad" else f"{d.unit} per rad")
+        factor, ylabel = 1.0, axis_label(UNKNOWN_LABEL, "share of the yaw" if d.unit == "rad" else f"{d.unit} per rad")
     elif d.law.variable_unit != "1":
         scale, of = (1e3, "mm/s") if d.law.variable_unit == "m/s" else shop_unit(d.law.variable_unit)
         xlabel = axis_label(d.law.variable, of)
@@ -266,4 +275,4 @@ def law_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     ax.plot(scale * d.curve.x, factor * d.curve.u, color=INK, label="the law")
     ax.set(xlabel=xlabel, ylabel=ylabel)
     fig.legend(loc="outside lower center", ncols=min(len(d.against) + 1, 5))
-    return style.finish_picture(fig, path, f"The law: {d.law.formula}")
+    return style.save(fig, path, f"The law: {d.law.formula}")

@@ -14,7 +14,7 @@ from belt_sim.line.runup import angle_at
 from belt_sim.show.style import DIVERGING, rgb
 
 #: Factors a picture may have.
-FACTORS = (1, 2, 5, 10, 20, 50, 100, 200)
+ENLARGEMENTS = (1, 2, 5, 10, 20, 50, 100, 200)
 SHORTENINGS = (1, 2, 3, 4, 5, 6, 8, 10)
 #: A rope's drift, the largest there is, should be drawn at most so many belt widths wide.
 DRAWN_WIDTHS = 1.5
@@ -39,10 +39,11 @@ class ViewScale:
         """Factor of angles in plan (yaw): a stuck belt still lies straight on its drawn pulley."""
         return self.lateral * self.shortened
 
-    def words(self) -> str:
-        """What is not true to scale."""
+    def words(self, case: Case) -> str:
+        """What is not true to scale, and what the colours mean."""
         parts = [f"y x {self.lateral}", f"tilt x {self.tilt}", f"yaw x {self.plan}"]
-        return ", ".join(parts if self.shortened == 1 else [*parts, f"length / {self.shortened}"])
+        parts += [f"length / {self.shortened}"] if self.shortened != 1 else []
+        return f"{', '.join(parts)}; colour: tilt, white 0, red/blue +-{full_colour_tilt(case) / 1e-3:.0f} mrad"
 
 
 TRUE = ViewScale()
@@ -56,7 +57,8 @@ def view_scale_of(case: Case, travel: float) -> ViewScale:
     yaw = max(*(abs(float(s.last())) for s in (case.settings.yaw, case.settings.yaw_head)), 1e-9)
     most = min(DRAWN_WIDTHS * width / (0.5 * yaw * max(travel, 1e-3)), DRAWN_YAW / (yaw * shortened))
     lateral, tilt = (
-        max((f for f in FACTORS if f <= wanted), default=1) for wanted in (most, DRAWN_TILT / full_colour_tilt(case))
+        max((f for f in ENLARGEMENTS if f <= wanted), default=1)
+        for wanted in (most, DRAWN_TILT / full_colour_tilt(case))
     )
     return ViewScale(lateral=lateral, tilt=tilt, shortened=shortened)
 
@@ -117,16 +119,6 @@ def tilt(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     return np.where(rope, 0.0, np.arcsin(np.clip(across[:, 2] / np.where(rope, 1.0, width), -1.0, 1.0)))
 
 
-def mid_span_tilt(frame: Frame) -> tuple[float, float]:
-    """Tilt of the upper and the lower cross-section nearest to mid-span [rad]."""
-    x, z = (0.5 * (frame.left[:, k] + frame.right[:, k]) for k in (0, 2))
-    angles = tilt(frame.left, frame.right)
-    far = np.abs(x - 0.5 * frame.tail_x)
-    middle = 0.5 * (frame.points[:, 2].max() + frame.points[:, 2].min())
-    upper, lower = (np.argmin(np.where(side, far, np.inf)) for side in (z > middle, z <= middle))
-    return float(angles[upper]), float(angles[lower])
-
-
 def ribbon_triangles(stations: int) -> np.ndarray:
     """Triangles of a closed ribbon whose vertices are left[0..n-1], right[0..n-1]; shape (2 n, 3)."""
     here = np.arange(stations)
@@ -144,8 +136,7 @@ def tilt_colours(angles: np.ndarray, full: float) -> np.ndarray:
     return np.stack([np.interp(at, stops, channels[:, k]) for k in range(3)], axis=-1).astype(np.uint8)
 
 
-SPAN_STATIONS = 16
-WRAP_STATIONS = 14
+STATIONS_ON_SPAN, STATIONS_ON_WRAP = 16, 14  # of a belt that only curves are known of
 
 
 def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
@@ -160,7 +151,7 @@ def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
     sag = (0.0, 0.0) if curves.sag is None else np.asarray(curves.sag, float)
     a, settings, half_width = float(case.rig.centre_distance), case.settings, 0.5 * float(case.belt.width)
     tail, head = float(case.rig.tail_radius), float(case.rig.head_radius)
-    u, w = np.arange(SPAN_STATIONS) / SPAN_STATIONS, np.arange(WRAP_STATIONS) / WRAP_STATIONS
+    u, w = np.arange(STATIONS_ON_SPAN) / STATIONS_ON_SPAN, np.arange(STATIONS_ON_WRAP) / STATIONS_ON_WRAP
     bow, turn, none = 4.0 * u * (1.0 - u), np.pi * w, np.zeros_like(w)
     for stop in map(float, stops):
         y = np.array([np.interp(stop, travel, row) for row in np.asarray(curves.y, float)])

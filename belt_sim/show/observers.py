@@ -231,8 +231,7 @@ _LOOK_EVERY = 0.1  # [s]
 class ViewerObserver(Observer):
     """Shows the scene of a run in the passive viewer, which stays open until it is closed."""
 
-    def __init__(self) -> None:
-        self.window: Any = None
+    window: Any = None
 
     def show(self, model: Any, data: Any) -> None:
         import mujoco.viewer
@@ -244,13 +243,8 @@ class ViewerObserver(Observer):
         if self.window.is_running():
             self.window.sync()
 
-    def finish(self, curves: Curves) -> None:
-        """Show the last instant; results are written before anybody waits."""
-        if self.window is not None and self.window.is_running():
-            self.window.sync()
-
     def wait(self) -> None:
-        """Wait until the window is closed."""
+        """Show the last instant until the window is closed."""
         while self.window is not None and self.window.is_running():
             self.window.sync()
             time.sleep(_LOOK_EVERY)

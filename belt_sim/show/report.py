@@ -16,16 +16,27 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.campaign.types import PLACES
 from belt_sim.effects.base import library, title_of
 from belt_sim.errors import BeltError
 from belt_sim.io import write_text
 from belt_sim.results import words
-from belt_sim.results.diagnosis import LIKELY, STAMP, UNKNOWN, Candidate, Diagnosis, FoundEffect, Verdict
+from belt_sim.results.diagnosis import (
+    LIKELY_FROM,
+    SOMETHING_UNKNOWN,
+    STAMP,
+    WRONG_MODEL,
+    Candidate,
+    Diagnosis,
+    FoundEffect,
+    Verdict,
+)
 from belt_sim.results.errors import Errors, OwnChange
 from belt_sim.results.estimates import Estimate, MachineSizes, number_texts
 from belt_sim.results.files import DIAGNOSIS
 from belt_sim.show.diagnosis import shown_panels
 from belt_sim.show.style import AMBER, BLUE, CYCLE, FAINT, GREEN, GRID, INK, PAPER, PINK, RED
+from belt_sim.units import DEGREE
 
 HERE = Path(__file__).parent
 #: how often named effects were right in blind tests, by the probability said (docs/data/how_often_right_record.md)
@@ -49,13 +60,15 @@ def environment() -> Any:
     """Return what fills the templates of this folder."""
     from jinja2 import Environment, FileSystemLoader
 
-    return Environment(loader=FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    made = Environment(loader=FileSystemLoader(HERE), autoescape=True, trim_blocks=True, lstrip_blocks=True)
+    made.globals["points"] = [at for place, at in SENSOR_SPOTS.items() if place.startswith("point")]
+    return made
 
 
 def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
     """Return the whole page as text."""
     page = environment()
-    page.filters.update(number=words.number, milli=words.thousandths, plain=words.setting, degrees=words.degrees)
+    page.filters.update(number=words.number, milli=words.thousandths, plain=words.setting)
     page.filters.update(tenths=lambda gain: words.number(gain, 1 if gain is not None and gain < 100.0 else 3))
     page.filters.update(inline=inline_svg, rows=words.rows, capital=words.capital)
     found = d.discovery if d.discovery is not None and d.discovery.found else None
@@ -81,6 +94,7 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
     text = page.get_template("report.html.j2").render(
         d=d,
         schema=DIAGNOSIS,
+        degree=DEGREE,
         today=f"{datetime.date.today():%d %B %Y}".lstrip("0"),
         tone="partly" if d.headline != d.verdict.headline else d.verdict.value,
         lead=plant_headline(d, certain, rivals),
@@ -107,11 +121,13 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
     return words.in_print(text)
 
 
-SENSORS_ABOVE = (120.0, 520.0)  # of the sketch: places of points 4 and 1, whose names stand there
-ROOM = 16.0  # of the sketch, between two numbers side by side
+#: where the sensors of each place stand on the sketch
+SENSOR_SPOTS = dict(zip(PLACES, [(520, 36), (520, 144), (120, 144), (120, 36), (320, 36), (320, 124)], strict=True))
+SENSORS_ABOVE = tuple(float(SENSOR_SPOTS[f"point_{k}"][0]) for k in (4, 1))  # where their names stand above the span
+NUMBER_ROOM = 16.0  # of the sketch, between two numbers side by side
 #: where a number stands on a part of the sketch
-SPOTS = {"head": (100, 90), "encoder": (100, 90), "tail": (540, 90), "tensioner": (605, 112), "belt": (52, 90)}
-SPOTS |= {"upper": (230, 50), "lower": (230, 130), "sensors": (162, 36), "unknown": (270, 175)}
+PART_SPOTS = {"head": (100, 90), "encoder": (100, 90), "tail": (540, 90), "tensioner": (605, 112), "belt": (52, 90)}
+PART_SPOTS |= {"upper": (230, 50), "lower": (230, 130), "sensors": (162, 36), "unknown": (270, 175)}
 
 
 def sketch_numbers(cards: Sequence[tuple[str, Mapping[str, Any]]]) -> dict[str, list[tuple[Any, ...]]]:
@@ -125,12 +141,12 @@ def sketch_numbers(cards: Sequence[tuple[str, Mapping[str, Any]]]) -> dict[str, 
         for share, place in c["marks"]:
             places.setdefault((round(share, 3), place), []).append(number)
         parts = c["parts"] or (["unknown"] if c["id"] else [])  # something unknown acts who knows where
-        for spot in dict.fromkeys(SPOTS[part] for part in parts if number and (part != "upper" or not c["marks"])):
+        for spot in dict.fromkeys(PART_SPOTS[part] for part in parts if number and (part != "upper" or not c["marks"])):
             there.setdefault(spot, []).append(number)
     taken, marks = list(SENSORS_ABOVE), []
     for (share, place), numbers in sorted(places.items()):
         number = ", ".join(filter(None, numbers))
-        x, room = 100.0 + 440.0 * share, ROOM * max(1.0, len(number) / 2.0)
+        x, room = 100.0 + 440.0 * share, NUMBER_ROOM * max(1.0, len(number) / 2.0)
         while number and (near := [other for other in taken if abs(other - x) < 0.99 * room]):
             x = max(near) + room
         taken += [x] if number else []
@@ -202,14 +218,14 @@ def rival_cards(d: Diagnosis) -> list[dict[str, Any]]:
     """A card for each of several explanations that these runs cannot tell apart; none where one is likely."""
     machine, named, cards = d.drawings.machine, {e.id: e.parameters for e in d.effects}, []
     for rival in d.tied:
-        own = [i for i in rival.effects if i != UNKNOWN]
+        own = [i for i in rival.effects if i != SOMETHING_UNKNOWN]
         single = [effect_card(i, rival.sizes.get(i) or named.get(i, {}), machine) for i in own]
         if not single:
             fault = "something acts that the catalogue does not have" if rival.effects else "there is nothing more"
             single = [dict.fromkeys(("parts", "sizes", "marks"), ()) | {"fault": fault, "about": "", "check": ""}]
         card: dict[str, Any] = {name: [x for c in single for x in c[name]] for name in ("parts", "sizes", "marks")}
         card |= {name: " ".join(c[name] for c in single) for name in ("about", "check")}
-        card |= {"id": words.join_effects(rival.effects), "fault": " and ".join(c["fault"] for c in single)}
+        card |= {"id": " + ".join(rival.effects), "fault": " and ".join(c["fault"] for c in single)}
         card |= {"sure": sureness(rival.probability, d.asked_for), "unsure": True}
         cards.append(card | {"of_model": all(c.get("of_model", False) for c in single)})
     return cards
@@ -225,11 +241,11 @@ def plant_card(e: FoundEffect, machine: MachineSizes | None = None, asked_for: i
         each = [effect_card(one, {}, machine, (None,)) for one in ids]
         said = " and ".join(c["fault"] for c in each)
         parts = [part for c in each for part in c["parts"]]
-        others.append({"id": words.join_effects(ids), "fault": said, "parts": parts, "marks": [], "letter": ""})
+        others.append({"id": " + ".join(ids), "fault": said, "parts": parts, "marks": [], "letter": ""})
     return card | {
         "sizes": (*card["sizes"], *differs) if card["sizes"] else e.sizes_on(None),
         "sure": sureness(e.probability, asked_for),
-        "unsure": e.probability < LIKELY,
+        "unsure": e.probability < LIKELY_FROM,
         "others": others,
         "stamp": STAMP if e.rejected else "",
     }
@@ -276,14 +292,14 @@ def sureness(probability: float, asked_for: int | None = None) -> str:
     with BLIND_TESTS.open(encoding="utf-8") as table:
         rows = [(float(low), *map(int, counts)) for low, _, *counts in list(csv.reader(table))[1:]]
     low, right, of, in_span, of_span = [row for row in rows if row[0] <= max(round(probability, 2), 0.0)][-1]
-    word = "nearly certain" if low >= 0.99 else "likely" if low >= LIKELY else "uncertain"
+    word = "nearly certain" if low >= 0.99 else "likely" if low >= LIKELY_FROM else "uncertain"
     share = f"{100.0 * min(probability, 0.99):.0f} %" + (" or more" if low >= 0.99 else "")
     if asked_for:
         effects = "one effect that was" if asked_for == 1 else f"{asked_for} effects that were"
         return f"{word} ({share}), of the {effects} asked for"
     said = f"{word} ({share}): {right} of {of} such answers were right in blind tests"
     unlike = f", {in_span} of {of_span} where a span had changed in a way the library lacks"
-    return said + (unlike if of_span and low >= LIKELY else "")
+    return said + (unlike if of_span and low >= LIKELY_FROM else "")
 
 
 def _pulley(numbers: Mapping[str, Estimate]) -> str | None:
@@ -320,7 +336,7 @@ def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]], rivals: Sequen
     if d.verdict is Verdict.ADEQUATE:
         sure = d.headline == d.verdict.headline
         return "No fault shows: the belt moves as the model says" if sure else f"No fault is certain. {d.sentence}"
-    if d.wrong_model:
+    if d.headline == WRONG_MODEL:
         return f"{d.headline}: {d.sentence.rstrip('.')}"
     check = (
         ". Check the data sheet first: a mistake there may explain it"

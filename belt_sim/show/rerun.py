@@ -21,20 +21,22 @@ import rerun.blueprint as rrb
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Frame
 from belt_sim.errors import BeltError
-from belt_sim.results import words
 from belt_sim.show import geometry
 from belt_sim.show.geometry import TRUE, ViewScale, full_colour_tilt, view_scale_of
 from belt_sim.show.observers import has_display
-from belt_sim.show.style import BLUE, CYCLE, FAINT, GREEN, INK, POINT_NAMES, POINTS, RED, pale, rgb
-from belt_sim.units import MM, N_PER_MM2
+from belt_sim.show.style import BLUE, CYCLE, FAINT, GREEN, INK, POINT_NAMES, POINTS, RED, rgb
+from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 # Time series, in the units that people read.
 
-TRAVEL = "travel, 1 s = 1 m"  # Rerun has no timeline of lengths: of its kinds a duration alone reads 10 at 10 m
-TIME = "time"
+TRAVEL_LINE = "travel, 1 s = 1 m"  # Rerun has no timeline of lengths: of its kinds a duration alone reads 10 at 10 m
+TIME_LINE = "time"
 
+#: plots of a run that share a place -> their titles
+LOADS = {"moment": "Entry moment [N m]", "tension": "Tension [N/mm2]", "slip": "Lateral slip [um]", "sag": "Sag [mm]",
+         "further": "Further"}  # fmt: skip
 #: SI name -> (plot, label, colour, SI units in one unit drawn)
-KNOWN: dict[str, tuple[str, str, str, float]] = {
+SERIES_LOOKS: dict[str, tuple[str, str, str, float]] = {
     **{f"y{k + 1}": ("y", POINT_NAMES[k].replace(" end", "").replace(" pulley", ""), POINTS[k], MM) for k in range(4)},
     "tension": ("tension", "tension", GREEN, N_PER_MM2),
     "tilt_upper": ("tilt", "upper", BLUE, 1e-3),
@@ -48,20 +50,15 @@ KNOWN: dict[str, tuple[str, str, str, float]] = {
 }
 
 
-def time_columns(travel: Sequence[float], time: Sequence[float]) -> list[rr.TimeColumn]:
-    """Instants on the timelines, from travel [m] and time [s]."""
-    return [rr.TimeColumn(TRAVEL, duration=list(travel)), rr.TimeColumn(TIME, duration=list(time))]
-
-
 PLAY_SPEED = 2.0  # [m of travel per second]
 
 
 def run_title(case: Case) -> str:
     """The settings of a run, as a tab or a view is called: 7 N/mm2, yaw -0.042 deg."""
     tail, head = (float(yaw.last()) for yaw in (case.settings.yaw, case.settings.yaw_head))
-    turned = f"yaw {words.yaw(tail)} deg" + (f", head {words.yaw(head)} deg" if head else "")
+    turned = f"yaw {tail / DEGREE:+.3g} deg" + (f", head {head / DEGREE:+.3g} deg" if head else "")
     reversed_ = ", reversed" if float(case.settings.direction) < 0 else ""
-    return f"{words.tension(float(case.settings.tension))} N/mm2, {turned}{reversed_}"
+    return f"{float(case.settings.tension) / N_PER_MM2:g} N/mm2, {turned}{reversed_}"
 
 
 def root_of(title: str) -> str:
@@ -72,8 +69,8 @@ def root_of(title: str) -> str:
 #: Behind the machine: a level belt, near white, and a tilted one, dark red or blue, stand out from it.
 BACKGROUND = [206, 214, 223]
 #: Share of a plot's width, to the right of the curves, that is left to its legend.
-WIDE, NARROW = 0.22, 0.32
-MARGIN = 0.04  # without a legend, so that the last number of the axis is not cut
+WIDE_LEGEND, NARROW_LEGEND = 0.22, 0.32
+NO_LEGEND_MARGIN = 0.04  # without a legend, so that the last number of the axis is not cut
 
 
 def space(case: Case, root: str, name: str, scale: ViewScale) -> rrb.Spatial3DView:
@@ -90,11 +87,11 @@ def space(case: Case, root: str, name: str, scale: ViewScale) -> rrb.Spatial3DVi
 
 
 def series_plot(
-    origin: str, name: str, travel: float, legend: float = NARROW, most: float | None = None
+    origin: str, name: str, travel: float, legend: float = NARROW_LEGEND, most: float | None = None
 ) -> rrb.TimeSeriesView:
     """One plot of time series over all of the ``travel`` [m] to come, its legend to the right of the curves, 0 = none;
     most: what the ordinate reaches to either side, None = as the curves are."""
-    end = rrb.TimeRangeBoundary.absolute(seconds=travel / (1.0 - max(legend, MARGIN)))
+    end = rrb.TimeRangeBoundary.absolute(seconds=travel / (1.0 - max(legend, NO_LEGEND_MARGIN)))
     whole = rrb.TimeRange(rrb.TimeRangeBoundary.absolute(seconds=0.0), end)
     shown = rrb.PlotLegend(corner=rrb.Corner2D.RightTop, visible=bool(legend))
     axes: dict[str, Any] = {"axis_x": rrb.TimeAxis(view_range=whole)}
@@ -105,27 +102,9 @@ def series_plot(
 def blueprint(body: rrb.Container, live: bool) -> rrb.Blueprint:
     """``body`` over the travel timeline, played at 2 m/s; live: it follows what comes, else it plays from the start."""
     state: Literal["following", "playing"] = "following" if live else "playing"
-    time_panel = rrb.TimePanel(timeline=TRAVEL, playback_speed=PLAY_SPEED, state="collapsed", play_state=state)
+    time_panel = rrb.TimePanel(timeline=TRAVEL_LINE, playback_speed=PLAY_SPEED, state="collapsed", play_state=state)
     hidden = rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed")
     return rrb.Blueprint(body, time_panel, *hidden)
-
-
-def scale_words(case: Case, scale: ViewScale) -> str:
-    """What is enlarged, and what the colours mean."""
-    return f"{scale.words()}; colour: tilt, white 0, red/blue +-{full_colour_tilt(case) / 1e-3:.0f} mrad"
-
-
-def of_run(case: Case, root: str, travel: float, scale: ViewScale, live: bool) -> rrb.Blueprint:
-    """The machine with its movements enlarged (and, as a tab, true to scale) above the plots."""
-    seen = space(case, f"{root}/machine/drawn", f"{run_title(case)}: {scale_words(case, scale)}", scale)
-    machine = rrb.Tabs(seen, space(case, f"{root}/machine/true", "True to scale", TRUE), active_tab=0)
-    titles = {"moment": "Entry moment [N m]", "tension": "Tension [N/mm2]", "slip": "Lateral slip [um]",
-              "sag": "Sag [mm]", "further": "Further"}  # fmt: skip
-    y = series_plot(f"{root}/series/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel, WIDE)
-    tilt = series_plot(f"{root}/series/tilt", "Tilt at mid-span [mrad]", travel)
-    loads = rrb.Tabs(*(series_plot(f"{root}/series/{name}", title, travel) for name, title in titles.items()))
-    plots = rrb.Horizontal(y, tilt, loads, column_shares=[3, 2, 2])
-    return blueprint(rrb.Vertical(machine, plots, row_shares=[3, 2]), live)
 
 
 #: Face of a pulley in belt widths, true to scale and enlarged; the axis stands out by STUB faces.
@@ -135,27 +114,30 @@ PULLEY = (150, 160, 172)
 #: Width of lines and size of dots on the screen [px]: negative radii are that to Rerun.
 EDGE, AXIS, REACH, DOT = -0.7, -1.5, -2.0, -5.0
 #: An arrow's length in lengths of the machine, and colours in the bar that explains them.
-SIGN, STEPS = 0.12, 21
+ARROW_LENGTH, BAR_COLOURS = 0.12, 21
 #: Marks stand so many pulley radii above the belt, which would hide them.
 ABOVE = 0.04
 UP = (0, 0, 1)
-ROUND = 96  # corners of a pulley's rim: Rerun's own cylinders have few enough to be seen
+RIM_CORNERS = 96  # corners of a pulley's rim: Rerun's own cylinders have few enough to be seen
 
 
 def drum(width: float, radius: float) -> rr.Mesh3D:
     """A pulley about the y axis, with its two faces."""
-    turn = np.linspace(0.0, 2.0 * np.pi, ROUND, endpoint=False)
-    rim = np.column_stack([radius * np.sin(turn), np.zeros(ROUND), radius * np.cos(turn)])
+    turn = np.linspace(0.0, 2.0 * np.pi, RIM_CORNERS, endpoint=False)
+    rim = np.column_stack([radius * np.sin(turn), np.zeros(RIM_CORNERS), radius * np.cos(turn)])
     rings = [rim + np.array([0.0, side * 0.5 * width, 0.0]) for side in (-1.0, 1.0)]
-    out, flat = rim / radius, np.tile([0.0, 1.0, 0.0], (ROUND, 1))
-    here = np.arange(ROUND)
-    after = (here + 1) % ROUND
-    side = [np.column_stack([here, after, here + ROUND]), np.column_stack([after, after + ROUND, here + ROUND])]
+    out, flat = rim / radius, np.tile([0.0, 1.0, 0.0], (RIM_CORNERS, 1))
+    here = np.arange(RIM_CORNERS)
+    after = (here + 1) % RIM_CORNERS
+    side = [
+        np.column_stack([here, after, here + RIM_CORNERS]),
+        np.column_stack([after, after + RIM_CORNERS, here + RIM_CORNERS]),
+    ]
     fan = np.column_stack([0 * here[2:], here[1:-1], here[2:]])
     return rr.Mesh3D(
         vertex_positions=np.vstack([*rings, *rings]),
         vertex_normals=np.vstack([out, out, -flat, flat]),
-        triangle_indices=np.vstack([*side, fan + 2 * ROUND, fan + 3 * ROUND]),
+        triangle_indices=np.vstack([*side, fan + 2 * RIM_CORNERS, fan + 3 * RIM_CORNERS]),
         albedo_factor=PULLEY,
     )
 
@@ -186,23 +168,25 @@ class Scene:
         # signs: which way the belt travels and y counts, which pulley is which, and what the colours of the ribbon mean
         radius, face = float(case.rig.tail_radius), self.face
         length = float(case.rig.centre_distance) / scale.shortened
-        ahead, above = SIGN * length * np.sign(float(case.settings.direction)), 1.5 * radius
+        ahead, above = ARROW_LENGTH * length * np.sign(float(case.settings.direction)), 1.5 * radius
         arrows = rr.Arrows3D(
             origins=[[0.6 * length - 0.5 * ahead, 0.0, above], [length, -0.5 * face, above]],
             vectors=[[ahead, 0.0, 0.0], [0.0, face, 0.0]],
             labels=["travel", "+y"], colors=[rgb(INK)], radii=[AXIS], show_labels=True,
         )  # fmt: skip
-        share = np.linspace(-1.0, 1.0, STEPS)
-        places = np.column_stack([length * (0.5 + 0.2 * share), np.full(STEPS, -0.8 * face), np.full(STEPS, -above)])
+        share = np.linspace(-1.0, 1.0, BAR_COLOURS)
+        places = np.column_stack(
+            [length * (0.5 + 0.2 * share), np.full(BAR_COLOURS, -0.8 * face), np.full(BAR_COLOURS, -above)]
+        )
         bar = rr.Boxes3D(
             centers=places,
-            half_sizes=[[0.2 * length / (STEPS - 1), 0.06 * face, 1e-3 * length]] * STEPS,
+            half_sizes=[[0.2 * length / (BAR_COLOURS - 1), 0.06 * face, 1e-3 * length]] * BAR_COLOURS,
             colors=geometry.tilt_colours(share * self.full_tilt, self.full_tilt),
             fill_mode="solid",
         )
         most = f"{self.full_tilt / 1e-3:.0f} mrad"
         named = rr.Points3D(
-            [[0.0, 0.8 * face, -radius], [length, 0.8 * face, radius], *(places[[0, STEPS // 2, -1]])],
+            [[0.0, 0.8 * face, -radius], [length, 0.8 * face, radius], *(places[[0, BAR_COLOURS // 2, -1]])],
             labels=["head pulley", "tail pulley", f"-{most}", "tilt 0", f"+{most}"],
             colors=[rgb(INK)], radii=[-0.5], show_labels=True,
         )  # fmt: skip
@@ -220,13 +204,14 @@ class Scene:
         """
         thin = [geometry.thin_stations(frame, float(self.case.rig.tail_radius)) for frame in frames]
         drawn, stations = [geometry.enlarge(frame, self.scale) for frame in thin], len(thin[0].left)
-        self.recording.set_time(TRAVEL, duration=frames[0].travel)
-        self.recording.set_time(TIME, duration=frames[0].time)
+        self.recording.set_time(TRAVEL_LINE, duration=frames[0].travel)
+        self.recording.set_time(TIME_LINE, duration=frames[0].time)
         if stations != self.stations:
             triangles = rr.Mesh3D.from_fields(triangle_indices=geometry.ribbon_triangles(stations))
             self.recording.log(f"{self.root}/belt/ribbon", triangles)
             self.stations = stations
-        index = time_columns([f.travel for f in frames], [f.time for f in frames])
+        index = [rr.TimeColumn(TRAVEL_LINE, duration=[f.travel for f in frames])]
+        index.append(rr.TimeColumn(TIME_LINE, duration=[f.time for f in frames]))
 
         def send(path: str, columns: rr.ComponentColumnList, each: int = 1) -> None:
             cut = columns.partition([each] * len(frames))
@@ -256,7 +241,7 @@ class Scene:
 _NO_PATH = re.compile(r"[^\w.-]+")  # what a name has _ for in a path
 APPLICATION = "belt-sim"
 DATA_PORT, VIEWER_PORT = 9876, 9090  # Rerun's own defaults
-EVERY = 0.025  # [m] of travel between two readings
+READING_EVERY = 0.025  # [m] of travel between two readings
 PICTURES = 100  # of the belt, at most, in a run
 
 
@@ -293,7 +278,9 @@ class RerunObserver:
     display, a web viewer whose address is printed to standard error. model: its name, in that of the recording.
     """
 
-    def __init__(self, path: str | os.PathLike | None = None, *, model: str = "belt", every: float = EVERY) -> None:
+    def __init__(
+        self, path: str | os.PathLike | None = None, *, model: str = "belt", every: float = READING_EVERY
+    ) -> None:
         self.path, self.model, self.every, self.every_picture = path, model, every, every
         self.file: RecordingFile | None = None
         self.scenes: list[Scene] = []
@@ -320,10 +307,20 @@ class RerunObserver:
                 reason = str(cause).strip().splitlines()[0]
                 raise BeltError(f"watch = rerun: no viewer could be opened ({reason}); use watch=rrd") from cause
         self.every_picture = max(self.every, travel / PICTURES)
-        self.root = f"{root_of(run_title(case))}/{_NO_PATH.sub('_', self.model)}"
-        rr.send_blueprint(of_run(case, self.root, travel, scale, live), recording=recording)
-        roots = ((f"{self.root}/machine/true", TRUE), (f"{self.root}/machine/drawn", scale))
-        self.scenes = [Scene(recording, root, case, s) for root, s in roots]
+        root = self.root = f"{root_of(run_title(case))}/{_NO_PATH.sub('_', self.model)}"
+
+        # the machine with its movements enlarged (and, as a tab, true to scale) above the plots
+        seen = space(case, f"{root}/machine/drawn", f"{run_title(case)}: {scale.words(case)}", scale)
+        machine = rrb.Tabs(seen, space(case, f"{root}/machine/true", "True to scale", TRUE), active_tab=0)
+        y = series_plot(
+            f"{root}/series/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel, WIDE_LEGEND
+        )
+        tilt = series_plot(f"{root}/series/tilt", "Tilt at mid-span [mrad]", travel)
+        loads = rrb.Tabs(*(series_plot(f"{root}/series/{name}", title, travel) for name, title in LOADS.items()))
+        plots = rrb.Horizontal(y, tilt, loads, column_shares=[3, 2, 2])
+        rr.send_blueprint(blueprint(rrb.Vertical(machine, plots, row_shares=[3, 2]), live), recording=recording)
+        roots = ((f"{root}/machine/true", TRUE), (f"{root}/machine/drawn", scale))
+        self.scenes = [Scene(recording, at, case, s) for at, s in roots]
 
     def frame(self, frame: Frame, last: bool = False) -> None:
         """Log this instant, unless it is less than ``every`` [m] of travel after another and not the last."""
@@ -334,10 +331,14 @@ class RerunObserver:
             return
         pictured = last or frame.travel - self.last_picture >= self.every_picture * (1.0 - 1e-6)
         if frame.travel > self.last:
-            upper, lower = geometry.mid_span_tilt(frame)
-            points = {f"y{k + 1}": float(frame.points[k, 1]) for k in range(4)}
-            numbers = {**points, "tilt_upper": upper, "tilt_lower": lower, **frame.scalars}
-            self.rows.append((frame.travel, frame.time, numbers))
+            numbers = {f"y{k + 1}": float(frame.points[k, 1]) for k in range(4)}
+            # tilt of the upper and the lower cross-section nearest to mid-span
+            x, z = (0.5 * (frame.left[:, k] + frame.right[:, k]) for k in (0, 2))
+            angles, far = geometry.tilt(frame.left, frame.right), np.abs(x - 0.5 * frame.tail_x)
+            middle = 0.5 * (frame.points[:, 2].max() + frame.points[:, 2].min())
+            for name, side in (("tilt_upper", z > middle), ("tilt_lower", z <= middle)):
+                numbers[name] = float(angles[np.argmin(np.where(side, far, np.inf))])
+            self.rows.append((frame.travel, frame.time, numbers | frame.scalars))
             self.last = frame.travel
         if pictured:
             self.last_picture = frame.travel
@@ -349,15 +350,16 @@ class RerunObserver:
         """Send what has been taken, a column a number; one that is not known is drawn in SI in a plot of its own."""
         for name in dict.fromkeys(name for _, _, row in self.rows for name in row):
             unknown = "further", f"{name} [SI]", CYCLE[len(self.styled) % len(CYCLE)], 1.0
-            plot, label, colour, unit = KNOWN.get(name, unknown)
+            plot, label, colour, unit = SERIES_LOOKS.get(name, unknown)
             path = f"{self.root}/series/{plot}/{name}"
             if name not in self.styled:
                 recording.log(path, rr.SeriesLines(names=[label], colors=[rgb(colour)], widths=[2.0]), static=True)
                 self.styled.add(name)
             there = [(travel, time, row[name]) for travel, time, row in self.rows if name in row]
-            travels, times, values = zip(*there, strict=True)
+            travels, times, values = map(list, zip(*there, strict=True))
+            index = [rr.TimeColumn(TRAVEL_LINE, duration=travels), rr.TimeColumn(TIME_LINE, duration=times)]
             shown = rr.Scalars.columns(scalars=[value / unit for value in values])
-            rr.send_columns(path, time_columns(travels, times), shown, recording=recording)
+            rr.send_columns(path, index, shown, recording=recording)
         for scene in self.scenes if self.pictures else ():
             scene.frames(self.pictures)
         self.rows, self.pictures = [], []
@@ -380,10 +382,10 @@ def _free_port(wanted: int) -> int:
     raise OSError("no free port")
 
 
-MEASURED = "measured"
-#: Pictures of the belt in a recording of many runs; each run has its share, within FEWEST and MOST.
-IN_ALL, FEWEST, MOST = 400, 20, 120
-ROWS = 200  # of a model's curves, at most, in a run
+MEASURED_NAME = "measured"
+#: Pictures of the belt in a recording of many runs; each run has its share, within FEWEST_PICTURES and MOST_PICTURES.
+IN_ALL, FEWEST_PICTURES, MOST_PICTURES = 400, 20, 120
+CURVE_ROWS = 200  # of a model's curves, at most, in a run
 VIEWS = 9  # of runs beside each other, at most; each has a tab of its own in any case
 
 
@@ -398,26 +400,6 @@ class Overlay:
     case: Case
     measured: Curves | None = None
 
-    @property
-    def last_curves(self) -> Curves:
-        return list(self.modelled.values())[-1]
-
-    @property
-    def length(self) -> float:
-        return float(self.last_curves.travel[-1] - self.last_curves.travel[0])
-
-    @property
-    def end(self) -> float:
-        """Travel [m] at which the last curve ends."""
-        drawn = [*self.modelled.values(), *([self.measured] if self.measured is not None else [])]
-        return max(float(curves.travel[-1]) for curves in drawn)
-
-    def space(self, root: str, title: str, *, explained: bool = False) -> rrb.Spatial3DView:
-        """The belt in space; explained: the title says what is enlarged and coloured."""
-        scale = view_scale_of(self.case, self.length)
-        title += f", {list(self.modelled)[-1]}: {scale_words(self.case, scale)}" if explained else ""
-        return space(self.case, f"{root}/belt", title, scale)
-
 
 def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str = "belt-sim") -> Path:
     """Write any number of runs, by their titles, to ``path`` (.rrd): side by side, and a tab a run, on one timeline.
@@ -427,29 +409,33 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
     the measurement), tilt/MODEL (upper, lower [mrad]); belt (movements enlarged as the view's name says). Points have
     their four colours; models but the last are pale, what was measured are dots. Returns the path.
     """
-    file, tabs = RecordingFile(path, name), list[rrb.Container]()
+    file, tabs, views = RecordingFile(path, name), list[rrb.Container](), list[rrb.Container]()
     recording = file.recording
+    last = {title: list(overlay.modelled.values())[-1] for title, overlay in runs.items()}
+    most = 1.05 * max(float(np.nanmax(np.abs(curves.y), initial=1e-9)) for curves in last.values()) / MM
     for title, overlay in runs.items():  # the points beside the residuals and the tilt, the belt in space above
-        root, travel = root_of(title), overlay.end
-        plots = [series_plot(f"{root}/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel)]
+        root, curves = root_of(title), last[title]
+        end = max(float(c.travel[-1]) for c in (*overlay.modelled.values(), overlay.measured) if c is not None)
+        plots = [series_plot(f"{root}/y", "Lateral position y of points 1-4 [mm] over travel [m]", end)]
         if overlay.measured is not None:
-            plots.append(series_plot(f"{root}/residual", "Residual: model - measured [mm]", travel))
+            plots.append(series_plot(f"{root}/residual", "Residual: model - measured [mm]", end))
         if any(c.tilt is not None for c in overlay.modelled.values()):
-            plots.append(series_plot(f"{root}/tilt", "Tilt at mid-span [mrad]", travel))
-        seen = overlay.space(root, title, explained=True)
+            plots.append(series_plot(f"{root}/tilt", "Tilt at mid-span [mrad]", end))
+        scale = view_scale_of(overlay.case, float(curves.travel[-1] - curves.travel[0]))
+        explained = f"{title}, {list(overlay.modelled)[-1]}: {scale.words(overlay.case)}"
+        seen = space(overlay.case, f"{root}/belt", explained, scale)
         tabs.append(rrb.Vertical(seen, rrb.Horizontal(*plots, name=title), row_shares=[1, 1], name=title))
-    if 1 < len(runs) <= VIEWS:  # the belt, whose points have the colours of the curves below, on one scale
-        most = 1.05 * max(float(np.nanmax(np.abs(o.last_curves.y), initial=1e-9)) for o in runs.values()) / MM
-        views = []
-        for title, overlay in runs.items():
-            root = root_of(title)
-            curves = series_plot(f"{root}/y", f"y, +-{most:.2g} mm: {title}", overlay.end, 0.0, most)
-            views.append(rrb.Vertical(overlay.space(root, title), curves, row_shares=[3, 2], name=title))
+
+        # beside the others: the belt, whose points have the colours of the curves below, on one scale
+        below = series_plot(f"{root}/y", f"y, +-{most:.2g} mm: {title}", end, 0.0, most)
+        seen = space(overlay.case, f"{root}/belt", title, scale)
+        views.append(rrb.Vertical(seen, below, row_shares=[3, 2], name=title))
+    if 1 < len(runs) <= VIEWS:
         grid = rrb.Grid(*views, grid_columns=math.ceil(math.sqrt(len(runs))), name=f"all {len(runs)}")
         tabs.insert(0, grid)
     body = rrb.Tabs(*tabs, active_tab=0) if len(tabs) > 1 else tabs[0]
     rr.send_blueprint(blueprint(body, live=False), recording=recording)
-    pictures = min(max(IN_ALL // len(runs), FEWEST), MOST)
+    pictures = min(max(IN_ALL // len(runs), FEWEST_PICTURES), MOST_PICTURES)
     for title, overlay in runs.items():
         _log_run(recording, root_of(title), overlay, pictures)
     file.close()
@@ -459,6 +445,8 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
 def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, pictures: int) -> None:
     """Log one run, the belt in space at most ``pictures`` times."""
     measured, names = overlay.measured, list(overlay.modelled)
+    last = overlay.modelled[names[-1]]
+    length = float(last.travel[-1] - last.travel[0])
     wanted = [True] * 4 if measured is None else np.isfinite(np.asarray(measured.y, float)).any(axis=1)
 
     def log(kind: str, name: str, travel: Any, rows: np.ndarray, labels: Sequence[str], colours: Sequence[str]) -> None:
@@ -466,14 +454,16 @@ def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, picture
         known, path = np.isfinite(rows).any(axis=0), f"{root}/{kind}/{_NO_PATH.sub('_', name)}"
         if not known.any():
             return
-        shown = colours if name in (MEASURED, names[-1]) else [pale(c) for c in colours]
-        look: dict[str, Any] = {"names": [f"{label} {name}" for label in labels], "colors": [rgb(c) for c in shown]}
-        if name == MEASURED:
+        shown = np.array([rgb(c) for c in colours])
+        if name not in (MEASURED_NAME, names[-1]):  # paler
+            shown = np.round(0.45 * shown + 0.55 * 235.0).astype(int)
+        look: dict[str, Any] = {"names": [f"{label} {name}" for label in labels], "colors": shown.tolist()}
+        if name == MEASURED_NAME:
             recording.log(path, rr.SeriesPoints(**look, marker_sizes=[1.5] * len(labels)), static=True)
         else:
             recording.log(path, rr.SeriesLines(**look, widths=[2.0] * len(labels)), static=True)
         values = rows.T[known]
-        index = rr.TimeColumn(TRAVEL, duration=np.asarray(travel, float)[known].tolist())
+        index = rr.TimeColumn(TRAVEL_LINE, duration=np.asarray(travel, float)[known].tolist())
         cut = rr.Scalars.columns(scalars=values.ravel()).partition([len(labels)] * len(values))
         rr.send_columns(path, [index], cut, recording=recording)
 
@@ -491,13 +481,13 @@ def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, picture
             log("tilt", name, travel, tilts, ("upper", "lower"), (BLUE, RED))
 
     for name, curves in overlay.modelled.items():
-        log_curves(name, curves, -(-len(curves.travel) // ROWS))
+        log_curves(name, curves, -(-len(curves.travel) // CURVE_ROWS))
         if measured is not None:
             at, known = np.asarray(measured.travel, float), np.asarray(curves.travel, float)
             modelled = [np.interp(at, known, y, left=np.nan, right=np.nan) for y in np.asarray(curves.y, float)]
             apart = (np.array(modelled) - np.asarray(measured.y))[points] / MM
             log("residual", name, at, apart, numbers, colours)
     if measured is not None:
-        log_curves(MEASURED, measured)
-    scene = Scene(recording, f"{root}/belt", overlay.case, view_scale_of(overlay.case, overlay.length))
-    scene.frames(list(geometry.frames(overlay.case, overlay.last_curves, every=max(overlay.length / pictures, EVERY))))
+        log_curves(MEASURED_NAME, measured)
+    scene = Scene(recording, f"{root}/belt", overlay.case, view_scale_of(overlay.case, length))
+    scene.frames(list(geometry.frames(overlay.case, last, every=max(length / pictures, READING_EVERY))))

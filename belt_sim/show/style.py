@@ -58,11 +58,6 @@ def rgb(colour: str) -> tuple[int, int, int]:
     return int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16)
 
 
-def pale(colour: str) -> str:
-    """The same colour, paler: a second curve of its kind."""
-    return "#" + "".join(f"{round(0.45 * v + 0.55 * 235):02x}" for v in rgb(colour))
-
-
 DPI = 150
 FONT = 10.0
 
@@ -170,14 +165,17 @@ def title(fig: "Figure", text: str) -> int:
 ENDINGS = (".png", ".svg", ".pdf")
 
 
-def save(fig: "Figure", path: str | os.PathLike | None, dpi: float | None = None) -> Any:
-    """Write the figure in one move, as its file's ending says (.png, .svg, .pdf), and return the path.
+def save(fig: "Figure", path: str | os.PathLike | None, headline: str = "", dpi: float | None = None) -> Any:
+    """Write the figure, with a headline if one is given, in one move, as its file's ending says (.png, .svg, .pdf), and
+    return the path.
 
     Its units become those of print, but for ticks, which hold numbers and names. path: None returns the figure itself,
     laid out; dpi: dots per inch of a PNG. Raises BeltError, InputError.
     """
     from matplotlib.text import Text
 
+    if headline:
+        title(fig, headline)
     texts = [*fig.texts, *(text for legend in fig.legends for text in legend.get_texts())]
     for ax in (a for one in fig.axes for a in (one, *one.child_axes)):
         texts += [ax.xaxis.label, ax.yaxis.label, *(c for c in ax.get_children() if isinstance(c, Text))]
@@ -227,12 +225,6 @@ def svg_text(fig: "Figure") -> str:
         return f' d="{"".join(parts)}"'
 
     return re.sub(r' d="([^"]*)"', shorten, rounded)
-
-
-def finish_picture(fig: "Figure", path: str | os.PathLike | None, text: str) -> Any:
-    """Write the headline and ``save``."""
-    title(fig, text)
-    return save(fig, path)
 
 
 def diverging_map() -> "LinearSegmentedColormap":

@@ -33,7 +33,7 @@ def tell_choice(config: Mapping[str, Any], model: str, why: str = "") -> None:
 
 def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
     """Lines of a result, its verdict first, then its tables, then where its files are (a path among the lines)."""
-    out, lines = console(), list(lines)
+    out, lines = Console(highlight=False), list(lines)
     wrapped = out.is_terminal or "COLUMNS" in os.environ  # a pipe has a sentence a line
     for line in (x for x in lines if not isinstance(x, Path)):
         out.print(in_terminal(line), soft_wrap=not wrapped, markup=False)
@@ -51,7 +51,7 @@ def tell_diagnosis(d: "Diagnosis", folder: Path, *, verbose: bool = False) -> No
     from belt_sim.results.diagnosis import SHOWN_ACTIONS, error_line
     from belt_sim.show.report import plant_card, rival_cards
 
-    out = console()
+    out = Console(highlight=False)
 
     def say(line: str, style: str = "", indent: int = 2) -> None:
         """A line that wraps below its beginning."""
@@ -91,12 +91,7 @@ def tell_diagnosis(d: "Diagnosis", folder: Path, *, verbose: bool = False) -> No
         out.print(str(folder / name), soft_wrap=True, markup=False)
 
 
-LONGEST_NAME = 34  # of a run or effect, that its column never breaks
-
-
-def console() -> Console:
-    """A console as wide as the window; where there is none (a pipe, a file), 80 columns or what COLUMNS says."""
-    return Console(highlight=False)
+LONGEST_UNBROKEN = 34  # of a run or effect, that its column never breaks
 
 
 def rich_table(table: Table) -> RichTable:
@@ -105,7 +100,7 @@ def rich_table(table: Table) -> RichTable:
     shown = RichTable(title=escape(table.title), title_justify="left", **look)
     for k, name in enumerate(table.columns):
         side = "left" if name in table.left else "right"
-        whole = name not in table.left or (k == 0 and all(len(row[0]) <= LONGEST_NAME for row in table.rows))
+        whole = name not in table.left or (k == 0 and all(len(row[0]) <= LONGEST_UNBROKEN for row in table.rows))
         shown.add_column(escape(name), justify=side, overflow="fold", no_wrap=whole)  # type: ignore[arg-type]
     for k, row in enumerate(table.rows):
         shown.add_row(*map(Text, map(in_terminal, row)), style="red" if k in table.marked else None)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import binomtest
 
-from belt_sim.results.diagnosis import APART, RESOLVED
+from belt_sim.results.diagnosis import RESOLVED, SURE_APART
 from studies.challenge.score import NAMING, SURE, ScoredCase
 
 SIZES = (3, 6, 12, 24)
@@ -94,7 +94,7 @@ def targets(rows: Sequence[ScoredCase]) -> list[Target]:
     sizes = [len(f.answer_set) / max(1, len(f.hidden)) for f in visible if f.verdict in NAMING]
     large = [f for f in of_kind(rows, "library", "two", least=12 * 0.8) if f.removed is not None]
     advised = [f for f in rows if f.advice is not None]
-    sure, unsure = ([f for f in advised if ((f.promised or 0.0) >= APART) is whether] for whether in (True, False))
+    sure, unsure = ([f for f in advised if ((f.promised or 0.0) >= SURE_APART) is whether] for whether in (True, False))
     of_size = {size: [f for f in library if size_class(f.size) == size] for size in SIZES}
     promise = "next-run advice resolves the pair, where {} promised"
     named = f"mean size for one effect {np.mean(sizes):.2f}, wanted <= 2" if sizes else ""
@@ -123,8 +123,8 @@ def targets(rows: Sequence[ScoredCase]) -> list[Target]:
                at_least=0.93, note="wanted 93-97 %"),
         row("reducible held-out error removed by 90 % and more, d >= 12", large,
             lambda f: (f.removed or 0.0) >= GOOD_REMOVAL, 0.90, note=mean),
-        row(promise.format(f"{APART:g} sigma are"), sure, lambda f: bool(f.advice), 0.90),
-        row(promise.format(f"{RESOLVED:g} to {APART:g} are"), unsure, lambda f: bool(f.advice)),
+        row(promise.format(f"{SURE_APART:g} sigma are"), sure, lambda f: bool(f.advice), 0.90),
+        row(promise.format(f"{RESOLVED:g} to {SURE_APART:g} are"), unsure, lambda f: bool(f.advice)),
         row("answered without a crash", rows, lambda f: f.outcome != "crash", 1.0),
     ]  # fmt: skip
     if not any(f.discovered for f in rows):

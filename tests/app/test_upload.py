@@ -32,9 +32,9 @@ def test_a_zip_gives_the_files_beside_its_campaign_and_nothing_else():
 def test_no_name_leads_out_of_the_folder(tmp_path):
     data = zipped({"../../campaign.yaml": b"a", "../../runs.csv": b"b", "/etc/signals.csv": b"c"})
     tray = upload.sort_files([("x.zip", data), ("../../steady.csv", b"d"), ("..\\..\\signals.csv", b"e")])
-    upload.write_files(tmp_path / "in", tray.campaign)
+    upload.Session(tmp_path).new_folder("in", tray.campaign)
     found = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
-    assert found == {f"in/{name}" for name in ("campaign.yaml", "runs.csv", "steady.csv", "signals.csv")}
+    assert found == {f"in_1/{name}" for name in ("campaign.yaml", "runs.csv", "steady.csv", "signals.csv")}
 
 
 def test_a_zip_that_swells_is_stopped(monkeypatch):

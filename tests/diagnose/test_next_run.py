@@ -14,7 +14,7 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.next_run import Outlook, Rival, menu, next_runs
 from belt_sim.diagnosis.workbench import workbench
-from belt_sim.results.diagnosis import APART, RESOLVED
+from belt_sim.results.diagnosis import RESOLVED, SURE_APART
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_YAWS, grid
 
@@ -84,9 +84,9 @@ def test_two_changes_at_once_are_tried_where_one_is_not_enough(one_sided, monkey
     bench, offset, gain = one_sided
     pairs = [Rival("yaw_offset_tail", "sensor_gain", 0.1, gain)]
     one = next_runs(bench, offset, pairs)
-    assert one[0].sigma_after > next_run.APART
+    assert one[0].sigma_after > next_run.SURE_APART
     assert not any(", twice as long" in a.action for a in one)
-    monkeypatch.setattr(next_run, "APART", np.inf)
+    monkeypatch.setattr(next_run, "SURE_APART", np.inf)
     two = next_runs(bench, offset, pairs)
     assert len(two) == len(one)
     assert two[0].sigma_after > one[0].sigma_after
@@ -157,7 +157,7 @@ def test_a_promise_is_kept_by_what_marches_and_not_by_derivatives(bent, left):
 
 def test_a_promise_that_tells_two_apart_is_kept_in_97_of_100_campaigns():
     """Twice the difference of log likelihoods is normal about s^2, with 2 s; 19 to 1 is 95 % of the probability."""
-    kept = [float(ndtr((0.5 * s**2 - np.log(19.0)) / s)) for s in (RESOLVED, 4.0, APART)]
+    kept = [float(ndtr((0.5 * s**2 - np.log(19.0)) / s)) for s in (RESOLVED, 4.0, SURE_APART)]
     assert kept == pytest.approx([0.70, 0.90, 0.97], abs=0.005)
 
 

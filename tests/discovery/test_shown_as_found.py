@@ -18,7 +18,7 @@ def test_where_no_effect_is_named_the_error_falls_by_the_law(monkeypatch):
     seen: list[bs.Diagnosis] = []
     found = bs.diagnose(campaign("yaw_creep"), "strip", FEW, shown=seen.append)
     (early,) = seen  # pictures show the law, for which they wait
-    assert found.law_instead
+    assert not found.effects
     assert early.discovery == found.discovery
     assert found.final_model == "strip + the discovered law"
     told = found.discovery.error

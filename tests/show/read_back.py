@@ -7,7 +7,7 @@ import numpy as np
 from rerun.chunk import RrdReader
 
 from belt_sim.errors import BeltError
-from belt_sim.show.rerun import TRAVEL
+from belt_sim.show.rerun import TRAVEL_LINE
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,7 @@ def read_back(path: str | os.PathLike, below: str = "") -> dict[str, LoggedCompo
     except (OSError, RuntimeError, ValueError) as cause:
         raise BeltError(f"recording {path}: cannot be read ({cause}); write it again with watch=rrd") from cause
     for chunk in chunks:
-        if TRAVEL in chunk.timeline_names:
+        if TRAVEL_LINE in chunk.timeline_names:
             _gather(chunk, found)
     out = {}
     for key, rows in found.items():
@@ -45,7 +45,7 @@ def read_back(path: str | os.PathLike, below: str = "") -> dict[str, LoggedCompo
 def _gather(chunk, found: dict[str, list[tuple[int, object]]]) -> None:
     """Append the rows of one chunk."""
     batch = chunk.to_record_batch()
-    nanoseconds = np.array(batch.column(TRAVEL).cast("int64").to_pylist())  # 1 s stands for 1 m
+    nanoseconds = np.array(batch.column(TRAVEL_LINE).cast("int64").to_pylist())  # 1 s stands for 1 m
     travel = (nanoseconds / 1e6).round(6).tolist()
     for name in batch.schema.names:
         if ":" not in name:

@@ -53,7 +53,7 @@ def test_every_side_of_the_ribbon_is_shared_by_two_triangles_or_is_an_edge():
 def test_the_look_keeps_the_drift_on_the_pulley_and_the_yaw_small(travel, lateral):
     chosen = geometry.view_scale_of(case(), travel)
     assert chosen == geometry.ViewScale(lateral=lateral, tilt=10, shortened=4)
-    assert chosen.words() == f"y x {lateral}, tilt x 10, yaw x {4 * lateral}, length / 4"
+    assert chosen.words(case()).startswith(f"y x {lateral}, tilt x 10, yaw x {4 * lateral}, length / 4; colour: tilt")
     assert geometry.view_scale_of(case(2.0), travel).shortened == 1
 
 

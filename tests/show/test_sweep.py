@@ -12,7 +12,7 @@ from moving_belt import case, curves
 import belt_sim as bs
 from belt_sim.show.curves import (
     DASHES,
-    MOST,
+    SHOWN_VALUES,
     FinishedRun,
     draw_sweep,
     look_of,
@@ -91,8 +91,8 @@ def test_whatever_is_swept_is_drawn(runs, made, tmp_path):
 def test_of_very_many_values_a_few_are_shown_and_that_is_said():
     runs = [finished(float(t)) for t in range(10, 74)]
     figure = sweep_curves(None, runs, swept_keys(runs))
-    assert len([line for line in figure.axes[0].lines if len(line.get_xdata()) > 2]) == MOST
-    assert f"({MOST} of 64 runs)" in figure.get_suptitle()
+    assert len([line for line in figure.axes[0].lines if len(line.get_xdata()) > 2]) == SHOWN_VALUES
+    assert f"({SHOWN_VALUES} of 64 runs)" in figure.get_suptitle()
 
 
 @pytest.fixture(scope="module")
