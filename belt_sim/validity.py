@@ -4,7 +4,7 @@ Each limit has a load, 1 at the boundary. Most boundaries stand where the moment
 belt, are wrong by some 3 %; the derivations and what they were checked against are in docs/validity.md.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import jax.numpy as jnp
@@ -22,20 +22,20 @@ from belt_sim.line.runup import FRICTION
 from belt_sim.line.span import CHANGE_LIMITS, beam_second_order, sag_softening, strip
 from belt_sim.line.spans import span_responses
 
-WRONG = 0.03  # share by which moments or movement may be wrong at a boundary
+WRONG_SHARE = 0.03  # share by which moments or movement may be wrong at a boundary
 SLIP_WAY = 0.1  # share of a quarter span on which slip may act
 POWERS = float(np.log(2.0))  # log of 1 + a change of the tension of a span: beyond, y1 is more than 3 % wrong
-NEXT = 0.25  # share of either second-order term that is kept where both cancel
+NEXT_ORDER = 0.25  # share of either second-order term that is kept where both cancel
 STRENGTH = 450e6  # [Pa], bending fatigue of usual belt steels
-NARROW = 20.0  # thicknesses that a strip is wide at least: below it is a bar, whose section the laws do not have
-SHORT = 1.0  # widths that a span is long at least: below it is a plate
-SMALL_ANGLE = (2.0 * WRONG) ** 0.5  # [rad]: laws take cosines of rolls and of directions for 1
+NARROWEST = 20.0  # thicknesses that a strip is wide at least: below it is a bar, whose section the laws do not have
+SHORTEST_SPAN = 1.0  # widths that a span is long at least: below it is a plate
+SMALL_ANGLE = (2.0 * WRONG_SHARE) ** 0.5  # [rad]: laws take cosines of rolls and of directions for 1
 LIFTS = (
     "the belt is too slack for this model, its own stiffness lifts it off the pulleys: use model=strip_lift_off, or "
     "effects=[lift_off] with a 3D belt"
 )
-GIVEN = {"slip": f"if friction is {FRICTION:g} or less"}  # limits that hang on what no campaign states
-NEAR = 0.8  # share of the centre distance that both pulleys may fill
+LIMIT_GIVEN = {"slip": f"if friction is {FRICTION:g} or less"}  # limits that hang on what no campaign states
+PULLEYS_FILL = 0.8  # share of the centre distance that both pulleys may fill
 
 
 def _spans(case: Case):
@@ -70,25 +70,25 @@ def limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit
     fast = 3.0 * belt.density * case.settings.speed**2 / case.settings.tension
     layer = float(np.abs(lifted / carried - 1.0).max())  # of both spans: the lower one's, whichever way it runs
     deep, thick = _deep_and_thick(case)
-    hanging = "strip_lift_off" if layer > WRONG else "strip"
+    hanging = "strip_lift_off" if layer > WRONG_SHARE else "strip"
     found = (  # name, load, the effect that moves it out of the way, and words
-        ("flat_belt", abs(flat / runup - 1.0) / WRONG, "sag_roll", f"the spans sag and tilt: use {hanging}"),
+        ("flat_belt", abs(flat / runup - 1.0) / WRONG_SHARE, "sag_roll", f"the spans sag and tilt: use {hanging}"),
         ("slack_edge", 6.0 * moment / (force * belt.width), "",  # an edge has the stress sigma -+ 6 M/(b^2 h)
          "after the yaw an edge is slack, as a linear span has it: it overrates its moment"),
-        ("second_order", abs(_beyond_linear(case, *fields)) * yaw**2 / WRONG, "",
+        ("second_order", abs(_beyond_linear(case, *fields)) * yaw**2 / WRONG_SHARE, "",
          "the turn is so large that the linear span is wrong: the slack edge sags more, twist stretches both"),
-        ("bending_layer", layer / WRONG, "lift_off", LIFTS),
+        ("bending_layer", layer / WRONG_SHARE, "lift_off", LIFTS),
         ("slip", zone / (SLIP_WAY * rig.span_length / 4.0), "slip",
          "the belt slips on the pulley after the yaw"),
-        ("shear", 0.75 * ratio / WRONG, "shear",
+        ("shear", 0.75 * ratio / WRONG_SHARE, "shear",
          "the spans are short and wide: shear bends them as well; add effects=[shear]"),
         (deep.id, deep.load, "", deep.words),
-        ("fast_belt", fast / WRONG, "speed_tension",
+        ("fast_belt", fast / WRONG_SHARE, "speed_tension",
          "the belt runs at a share of its string speed: inertia counts"),
         (thick.id, thick.load, "", thick.words),
     )  # fmt: skip
     kept = (row for row in found if not {row[0], row[2]} & {*contains})
-    return tuple(Limit(name, float(load), words, GIVEN.get(name, "")) for name, load, _, words in kept)
+    return tuple(Limit(name, float(load), words, LIMIT_GIVEN.get(name, "")) for name, load, _, words in kept)
 
 
 def exceeded_limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit, ...]:
@@ -112,9 +112,15 @@ def geometric(case: Case) -> tuple[Limit, ...]:
     softened = float(belt.youngs_modulus) / (1.0 + float(sag_softening(case)))  # sag takes up what an edge lacks
     stretch = softened * float(belt.width) * yaw / (2.0 * span)
     found = (
-        Limit("no_strip", NARROW * belt.thickness / belt.width, f"the belt is less than {NARROW:g} thicknesses wide"),
-        Limit("short_span", SHORT * belt.width / span, "the spans are shorter than the belt is wide: it is a plate"),
-        Limit("large_pulleys", sum(radii) / (NEAR * float(rig.centre_distance)), "the pulleys nearly touch"),
+        Limit(
+            "no_strip", NARROWEST * belt.thickness / belt.width, f"the belt is less than {NARROWEST:g} thicknesses wide"
+        ),
+        Limit(
+            "short_span",
+            SHORTEST_SPAN * belt.width / span,
+            "the spans are shorter than the belt is wide: it is a plate",
+        ),
+        Limit("large_pulleys", sum(radii) / (PULLEYS_FILL * float(rig.centre_distance)), "the pulleys nearly touch"),
         *_deep_and_thick(case),
         Limit("edge_stretch", stretch / tension, "the yaw stretches one edge so far that the other goes slack"),
         Limit("off_pulley", belt.width / (rig.face_width or np.inf), "the belt is wider than the pulleys' faces"),
@@ -135,41 +141,38 @@ def run_limits(
     room = float(belt.width) / 2.0 if face is None else max(float(face - belt.width) / 2.0, 1e-3)
     edge = "the belt lies half beside a face of its own width" if face is None else "an edge leaves the pulley's face"
     spans, points = ("upper span", "lower span"), tuple(f"point {k}" for k in (1, 2, 3, 4))
-    kinds, left = list[tuple[str, np.ndarray, tuple[str, ...], str]](), list[Limit]()
-
-    def add(name: str, known: Any, load: Callable[[np.ndarray], np.ndarray], places: tuple[str, ...], words: str):
-        if known is not None and name not in contains:
-            kinds.append((name, load(np.asarray(known)), places, words))
-
-    if face is None or face > belt.width:  # else it was beside them before it ran (``geometric``)
-        add("off_pulley", curves.y, lambda y: np.abs(y + float(case.settings.y0)) / room, points, edge)
-    words = "an edge is slack" + ", which a linear span does not know" * linear
-    add("slack_edge", curves.edge_stress, lambda x: 1.0 - x / float(case.settings.tension), spans, words)
-    words = "the belt slips on the pulley"
     way = SLIP_WAY * float(case.rig.span_length) / 4.0
-    add("slip", curves.moment, lambda _: slip_zones(case, curves) / way, points, words)
+    kinds, left = list[tuple[str, np.ndarray, tuple[str, ...], str]](), list[Limit]()
+    if face is None or face > belt.width:  # else it was beside them before it ran (``geometric``)
+        kinds.append(("off_pulley", np.abs(np.asarray(curves.y) + float(case.settings.y0)) / room, points, edge))
+    if curves.edge_stress is not None:
+        words = "an edge is slack" + ", which a linear span does not know" * linear
+        kinds.append(("slack_edge", 1.0 - np.asarray(curves.edge_stress) / float(case.settings.tension), spans, words))
+    if curves.moment is not None and "slip" not in contains:
+        kinds.append(("slip", slip_zones(case, curves) / way, points, "the belt slips on the pulley"))
     wraps = np.array([case.rig.wrap_tail, case.rig.wrap_tail, case.rig.wrap_head, case.rig.wrap_head])[:, None]
     for slip in (e for e in effects if linear and isinstance(e, Slip) and curves.moment is not None):
         own = 1.0 / max(float(slip.inverse_friction), 1e-9)
         words = "the belt slides on more than its wrap, which effects=[slip] does not know"
         zones = slip_zones(case, curves, own)
         whole = zones * with_side_force(zones / float(belt.width)) / wraps
-        add("whole_wrap", whole, lambda x: x, points, words)
+        kinds.append(("whole_wrap", np.asarray(whole), points, words))
         ups = (np.arange(4) % 2 == (0 if float(case.settings.direction) > 0.0 else 1))[:, None]
         words = "the belt keeps sliding where it runs up, which effects=[slip] knows at changes of the yaw only"
         lasting = slip_zones(case, curves, own, by_yaw=False) * ups
-        add("lasting_slip", lasting, lambda x: x / way, points, words)
-    if linear:
+        kinds.append(("lasting_slip", lasting / way, points, words))
+    if linear and curves.tilt is not None:
         words = "the cross-section rolls beyond small angles"
-        add("large_tilt", curves.tilt, lambda x: np.abs(x) / SMALL_ANGLE, spans, words)
+        kinds.append(("large_tilt", np.abs(np.asarray(curves.tilt)) / SMALL_ANGLE, spans, words))
+    if linear and curves.angle is not None:
         words = "the belt runs aslant beyond small angles"
-        add("large_angle", curves.angle, lambda x: np.abs(x) / SMALL_ANGLE, points, words)
+        kinds.append(("large_angle", np.abs(np.asarray(curves.angle)) / SMALL_ANGLE, points, words))
     for law in (e for e in effects if linear and isinstance(e, GenericLaw)):
         for kind in dict.fromkeys(t.place.relative for _, t in law.terms(*RELATIVE)):
             low, high = (-POWERS, POWERS) if kind == "tension" else CHANGE_LIMITS
             words = f"a law changes the {kind} of a span by more than powers of the change stand for"
-            change = np.log1p(np.maximum(in_float64(law.shares)(kind, curves, case), -0.999))
-            add("large_change", change, lambda x, low=low, high=high: np.maximum(x / low, x / high), spans, words)
+            change = np.asarray(np.log1p(np.maximum(in_float64(law.shares)(kind, curves, case), -0.999)))
+            kinds.append(("large_change", np.maximum(change / low, change / high), spans, words))
     for guide in (e for e in effects if linear and isinstance(e, EdgeGuide)):
         push, grip = (np.asarray(x) for x in in_float64(guide.pushed)(strip(case), curves, case))
         there = (np.array([guide.stiffness, guide.stiffness_lower]) > 0.0)[:, None]  # spans with rollers
@@ -177,21 +180,19 @@ def run_limits(
         slides = np.where(there, np.maximum(np.abs(push) / grip[:, None], turned), 0.0)
         bears = grip[slides.max(axis=1).argmax()]
         words = f"beside an edge guide the belt slides on its pulley, friction ({FRICTION:g}) bears {bears:.0f} N"
-        add("guide_slips", slides, lambda x: x, spans, words)
+        kinds.append(("guide_slips", slides, spans, words))
         late = push[:, push.shape[1] // 2 :] != 0.0
         meets = (late[:, 1:] & ~late[:, :-1]).sum(axis=1)
         if meets.max() > 1 and not any(e.comes_round for e in effects):
-            words = (
-                "the belt swings on and off its edge guides: behind a run-off they push too late; put them (at) near"
-            )
-            words = f"{words} a run-up, most in the {spans[meets.argmax()]}"
+            words = "the belt swings on and off its edge guides: behind a run-off they push too late; "
+            words += f"put them (at) near a run-up, most in the {spans[meets.argmax()]}"
             left.append(Limit("guide_hunts", float(meets.max()), words))
     for name, load, places, words in kinds:
-        if load.max() > 1.0:
+        if name not in contains and load.max() > 1.0:
             where, _ = np.unravel_index(np.argmax(load), load.shape)
             first = float(travel[np.argmax((load > 1.0).any(axis=0))])
             words = f"from {first:.3g} m of travel on, {words}, most at {places[where]}"
-            left.append(Limit(name, float(load.max()), words, GIVEN.get(name, "")))
+            left.append(Limit(name, float(load.max()), words, LIMIT_GIVEN.get(name, "")))
     return tuple(sorted(left, key=lambda x: -x.load))
 
 
@@ -236,15 +237,15 @@ def _beyond_linear(case: Case, x, per_runup, bending, torsion, sag_curvature, fo
     """
     belt, moment = case.belt, bending * per_runup
 
-    def integral(values: np.ndarray) -> np.ndarray:  # up to every place; SciPy's would take simulate its import
-        return np.concatenate([[0.0], np.cumsum((values[1:] + values[:-1]) / 2.0 * np.diff(x))])
-
-    twist = integral(moment * (sag_curvature / torsion))
-    tilt = integral(twist)
+    fields = [moment * (sag_curvature / torsion)]
+    for _ in range(2):  # integrals up to every place; SciPy's would take simulate its import
+        sums = np.cumsum((fields[-1][1:] + fields[-1][:-1]) / 2.0 * np.diff(x))
+        fields.append(np.concatenate([[0.0], sums]))
+    _, twist, tilt = fields
     twist, tilt = twist - tilt[-1] / x[-1], tilt - tilt[-1] * x / x[-1]
     stretch = belt.youngs_modulus * belt.thickness * belt.width**5 / 1440.0 * np.trapezoid(twist**4, x)
     relief = np.trapezoid(np.gradient(moment * tilt, x) ** 2, x) / (2.0 * force)
-    return float(4.0 * max(abs(stretch - relief), NEXT * max(stretch, relief)) / moment[-1])
+    return float(4.0 * max(abs(stretch - relief), NEXT_ORDER * max(stretch, relief)) / moment[-1])
 
 
 def _largest_yaw(case: Case) -> float:
@@ -260,6 +261,6 @@ def _deep_and_thick(case: Case) -> tuple[Limit, Limit]:
     radius = min(case.rig.head_radius, case.rig.tail_radius)
     stress = case.belt.youngs_modulus * case.belt.thickness / (2.0 * radius) + case.settings.tension
     return (
-        Limit("deep_sag", float(slope**2 / 2.0 / WRONG), "the spans hang so low that they are no parabolas"),
+        Limit("deep_sag", float(slope**2 / 2.0 / WRONG_SHARE), "the spans hang so low that they are no parabolas"),
         Limit("thick_belt", float(stress / STRENGTH), "belt steel tires or yields when bent over such a pulley"),
     )

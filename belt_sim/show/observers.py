@@ -238,13 +238,15 @@ class ViewerObserver(Observer):
 
         self.window = mujoco.viewer.launch_passive(model, data, show_left_ui=False)
 
-    def frame(self, frame: Frame) -> None:
-        """Draw the belt as it is now."""
-        if self.window.is_running():
+    def frame(self, shown: Any) -> None:
+        """Draw the belt as it is now, and at the end as it is then: results are written before anybody waits."""
+        if self.window is not None and self.window.is_running():
             self.window.sync()
 
+    finish = frame
+
     def wait(self) -> None:
-        """Show the last instant until the window is closed."""
+        """Wait until the window is closed."""
         while self.window is not None and self.window.is_running():
             self.window.sync()
             time.sleep(_LOOK_EVERY)

@@ -10,7 +10,7 @@ import math
 import os
 import re
 import string
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -234,11 +234,11 @@ def rival_cards(d: Diagnosis) -> list[dict[str, Any]]:
 def plant_card(e: FoundEffect, machine: MachineSizes | None = None, asked_for: int | None = None) -> dict[str, Any]:
     """Return the card of a named effect for people at the machine; see ``effect_card``. sure: how often such answers
     were right; unsure: marked as such; others: what it may be instead, lettered on the sketch."""
-    pulleys, others = {_pulley(row) for row in e.by_explanation or (e.parameters,) if row}, []
-    card, where = effect_card(e.id, e.told, machine, pulleys), " and pulley" if len(pulleys) > 1 else ""
+    card, others = effect_card(e.id, e.told, machine, e.by_explanation or (e.parameters,)), []
+    where = " and pulley" if card["many_pulleys"] else ""
     differs = (f"size{where} not reliable: the explanations differ by so much",) if e.told != e.parameters else ()
     for ids in e.confusable_with:  # what each may be, and at which parts of the sketch
-        each = [effect_card(one, {}, machine, (None,)) for one in ids]
+        each = [effect_card(one, {}, machine) for one in ids]
         said = " and ".join(c["fault"] for c in each)
         parts = [part for c in each for part in c["parts"]]
         others.append({"id": " + ".join(ids), "fault": said, "parts": parts, "marks": [], "letter": ""})
@@ -255,17 +255,22 @@ def effect_card(
     effect: str,
     numbers: Mapping[str, Estimate],
     machine: MachineSizes | None,
-    pulleys: Collection[str | None] | None = None,
+    explanations: Sequence[Mapping[str, Estimate]] = (),
 ) -> dict[str, Any]:
-    """Return what a card says of an effect of such numbers; pulleys: that it may be at (None: by the numbers).
+    """Return what a card says of an effect of such numbers; explanations: its numbers in each of several, if there are.
 
     fault: the clause of the headline; about: what the effect is, from its own file; parts: ids of the sketch; marks:
-    places on the sketch (share of the span from the head pulley, words); sizes: a line a number; check: what to do.
+    places on the sketch (share of the span from the head pulley, words); sizes: a line a number; check: what to do;
+    many_pulleys: whether explanations have it at different ones.
     """
     cls = library().get(effect)
     cause, known = (cls.cause, cls.parameters) if cls is not None else (None, {})
-    one, *more = pulleys or [_pulley(numbers)]
-    pulley, texts, sizes, marks = None if more else one, number_texts(effect, numbers, machine), [], []
+    pulleys = set()  # that it is at, by the larger of its fitted numbers
+    for row in filter(None, explanations or (numbers,)):
+        sure = {n: abs(p.value) / p.u if p.u > 0 else math.inf for n, p in row.items()}
+        pulleys.add("head" if max(sure, key=lambda n, sure=sure: sure[n]).endswith("_head") else "tail")
+    pulley = next(iter(pulleys)) if len(pulleys) == 1 else None
+    texts, sizes, marks = number_texts(effect, numbers, machine), [], []
     for n, text in texts.items():
         meaning = known[n].meaning if n in known else n
         if machine is not None and meaning.startswith("share of the span's length"):
@@ -283,6 +288,7 @@ def effect_card(
         "sizes": tuple(sizes),
         "check": cause.check.format(pulley=pulley or EITHER) if cause else "See the effect's own file.",
         "of_model": bool(cause and cause.of_model),
+        "many_pulleys": len(pulleys) > 1,
     }
 
 
@@ -300,14 +306,6 @@ def sureness(probability: float, asked_for: int | None = None) -> str:
     said = f"{word} ({share}): {right} of {of} such answers were right in blind tests"
     unlike = f", {in_span} of {of_span} where a span had changed in a way the library lacks"
     return said + (unlike if of_span and low >= LIKELY_FROM else "")
-
-
-def _pulley(numbers: Mapping[str, Estimate]) -> str | None:
-    """Return the pulley that an effect is at, by the larger of its fitted numbers; None where none is fitted."""
-    known = {n: abs(p.value) / p.u if p.u > 0 else math.inf for n, p in numbers.items()}
-    if not known:
-        return None
-    return "head" if max(known, key=lambda n: known[n]).endswith("_head") else "tail"
 
 
 def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]], rivals: Sequence[dict[str, Any]] = ()) -> str:

@@ -19,7 +19,8 @@ TAPER = {"taper": {"kappa_t": 2e-5}}
 def simulated(model="strip", **changes):
     view = View(effects=changes.pop("effects", TAPER))
     view.values |= {"travel": 40.0} | changes
-    return simulate_one(view.case(), model=model, effects=view.acting(model), travel=view.values["travel"])
+    acting = [library()[i](**numbers) for i, numbers in view.effects.items()]
+    return simulate_one(view.case(), model=model, effects=acting, travel=view.values["travel"])
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,6 @@ from belt_sim.show.curves import (
     SHOWN_VALUES,
     FinishedRun,
     draw_sweep,
-    look_of,
     looks_of,
     sweep_curves,
     sweep_rates,
@@ -39,13 +38,12 @@ SWEEP = [finished(t, y, m) for t, y, m in product(RATES, (-0.042, 0.03), ("strip
 
 
 def test_colour_is_the_tension_and_dash_the_model():
-    looks = looks_of(SWEEP, swept_keys(SWEEP))
-    assert list(looks) == ["tension", "model", "yaw"]
-    for run in SWEEP:
-        look = look_of(run, looks)
+    looks, named = looks_of(SWEEP, swept_keys(SWEEP))
+    assert [name for name, _ in named][:1] + [name for name, _ in named][4:6] == ["7 N/mm²", "strip", "rope"]
+    for run, look in zip(SWEEP, looks, strict=True):
         assert look["color"] == CYCLE[list(RATES).index(run.keys["tension"])]
         assert look["linestyle"] == DASHES[("strip", "rope").index(run.model)]
-    assert len({str(look_of(run, looks)) for run in SWEEP}) == len(SWEEP)  # none is taken for another
+    assert len({str(look) for look in looks}) == len(SWEEP)  # none is taken for another
 
 
 def test_every_curve_is_drawn():
