@@ -266,10 +266,8 @@ def write_diagnosis(folder: Path, d: "Diagnosis", *, pictures: bool) -> None:
     held = ""
     if d.tied:
         first, *others = (" + ".join([*d.certain_effects, *t.effects]) or "nothing" for t in d.tied)
-        held = (
-            f"# This file holds one of {count(len(d.tied))} explanations that these runs cannot tell apart, {first}; "
-        )
-        held += f"the others, with other sizes: {'; '.join(others)}\n"
+        held = f"# This file holds one of {count(len(d.tied))} explanations that these runs cannot tell apart, "
+        held += f"{first}; the others, with other sizes: {'; '.join(others)}\n"
     write_text(folder / "effects.yaml", held + save_effects(effects_of(d.effects), spread))
     if d.discovery is not None and d.discovery.found:
         write_discovery(folder, d.discovery)

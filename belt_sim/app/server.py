@@ -13,6 +13,7 @@ import socket
 import threading
 import traceback
 import webbrowser
+from dataclasses import dataclass
 from hmac import compare_digest
 from pathlib import Path
 from typing import Any
@@ -43,13 +44,13 @@ ICON = (
 OWN_PAGES = "belt-sim app answers to its own pages only"
 
 
+@dataclass
 class Guard:
     """ASGI middleware: lets through what names ``port`` on the loopback address and bears the token."""
 
-    def __init__(self, app: Any, port: int, token: str) -> None:
-        self.app, self.token, self.cookie = app, token.encode(), f"belt_sim_{port}"
-        self.hosts = [f"{name}:{port}" for name in (ADDRESS, "localhost")]
-        self.origins = [f"http://{host}" for host in self.hosts]
+    app: Any
+    port: int
+    token: str
 
     async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
         """Hand on, or answer with one line."""
@@ -63,25 +64,27 @@ class Guard:
 
     def answer(self, asked: HTTPConnection) -> Response | None:
         """Why a request is refused, or for an address with the token the cookie; None to let it through."""
-        head, own = {k: v.lower() for k, v in asked.headers.items()}, self.origins[0]
+        hosts, cookie = [f"{name}:{self.port}" for name in (ADDRESS, "localhost")], f"belt_sim_{self.port}"
+        origins, token = [f"http://{host}" for host in hosts], self.token.encode()
+        head, own = {k: v.lower() for k, v in asked.headers.items()}, origins[0]
         if "websocket" in (asked.scope["type"], head.get("upgrade")):
             own = ""  # a socket states its origin
         length = head.get("content-length", "0")
         for holds, status, line in (
-            (head.get("host") in self.hosts, 403, f"belt-sim app answers to {ADDRESS} only"),
-            (head.get("origin", own) in self.origins, 403, OWN_PAGES),
+            (head.get("host") in hosts, 403, f"belt-sim app answers to {ADDRESS} only"),
+            (head.get("origin", own) in origins, 403, OWN_PAGES),
             (head.get("sec-fetch-site") not in ("cross-site", "same-site"), 403, OWN_PAGES),
             ("chunked" not in head.get("transfer-encoding", ""), 411, "say how long the request is"),
             (length.isdigit() and int(length) <= MAX_UPLOAD, 413, TOO_LARGE),
         ):
             if not holds:
                 return PlainTextResponse(line, status)
-        if compare_digest(asked.query_params.get("token", "").encode(), self.token):
+        if compare_digest(asked.query_params.get("token", "").encode(), token):
             rest = asked.url.remove_query_params("token")
             answer = RedirectResponse(f"/{rest.path.lstrip('/')}{'?' * bool(rest.query)}{rest.query}", 303)
-            answer.set_cookie(self.cookie, self.token.decode(), httponly=True, samesite="strict")
+            answer.set_cookie(cookie, self.token, httponly=True, samesite="strict")
             return answer
-        if compare_digest(asked.cookies.get(self.cookie, "").encode(), self.token):
+        if compare_digest(asked.cookies.get(cookie, "").encode(), token):
             return None
         line = "open the address that belt-sim app has printed in its terminal; it bears a token"
         return PlainTextResponse(line, 403)

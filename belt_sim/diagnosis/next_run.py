@@ -115,9 +115,10 @@ def next_runs(bench: Workbench, chosen: Fit, pairs: list[Rival], keep: int = 3) 
             before, after = outlook.separations(chosen, pair.fit)
             promised += [(outlook, pair, k, before, float(after[k])) for k in np.argsort(-after)[:keep]]
         advice += map_in_threads(lambda one: march_pair(*one), promised)  # marches of a few rows leave a core idle
-        asked = [
-            p for p in asked if max(a.sigma_after for a in advice if a.separates == (p.effect, p.other)) < SURE_APART
-        ]
+        best = {
+            pair: max(a.sigma_after for a in advice if a.separates == pair) for pair in {a.separates for a in advice}
+        }
+        asked = [p for p in asked if best[p.effect, p.other] < SURE_APART]
     advice.sort(key=lambda a: -a.sigma_after)
     return [a for k, a in enumerate(advice) if sum(a.separates == b.separates for b in advice[:k]) < keep]
 

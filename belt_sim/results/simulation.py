@@ -114,11 +114,6 @@ class Simulation(Display):
             return ""
         return f"{self.model} is a formula for the steady rate: it gives no curves and no offsets"
 
-    @property
-    def warning(self) -> str:
-        """What the model is used beyond, in one line; empty when it is not."""
-        return warning(self.model, self.beyond)
-
     def lines(self) -> Sequence[str]:
         """Late rates, and a warning when an edge goes slack or the model is used beyond its validity."""
         rates = "  ".join(f"{k}: {words.column(r, sign=True)}" for k, r in zip(POINTS, self.rates, strict=True))
@@ -131,7 +126,7 @@ class Simulation(Display):
         if slack is not None and slack < 0:
             stress = words.number(slack / N_PER_MM2, 2)
             said.append(f"a belt edge goes slack ({stress} N/mm2): linear models overrate its bending there")
-        return [*said, *filter(None, (self.warning, self.note))]
+        return [*said, *filter(None, (warning(self.model, self.beyond), self.note))]
 
     def tables(self) -> Sequence[Table]:
         last = [None] * 4 if self.curves is None else np.asarray(self.curves.y)[:, -1]
@@ -197,7 +192,8 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> dict[str, Any]
     if s.note:
         content["note"] = s.note
     if s.beyond:
-        content["beyond_validity"] = {"limits": {x.id: x.load for x in s.beyond}, "sentence": s.warning}
+        loads = {x.id: x.load for x in s.beyond}
+        content["beyond_validity"] = {"limits": loads, "sentence": warning(s.model, s.beyond)}
     words_of = {"Infinity": "inf", "-Infinity": "-inf", "NaN": "nan"}  # numbers that JSON does not know, as words
     details = json.loads(json.dumps(dict(s.details)), parse_constant=words_of.get)
     return content | details | {"provenance": dict(provenance)}

@@ -49,11 +49,6 @@ def decimal(value: Any, decimals: int) -> str:
     return f"{value:.{decimals}f}" if _is_number(value) else "-"
 
 
-def setting(value: Any) -> str:
-    """A number as somebody set it, without digits that say nothing."""
-    return f"{value:g}".replace("-", "−") if _is_number(value) else NO_NUMBER
-
-
 def with_u(value: Any, u: Any, unit: str = "") -> str:
     """value ± u (one sigma) to two digits of u, with the unit; both share a power of ten."""
     unit = "" if unit in ("", "1") else f" {unit}"

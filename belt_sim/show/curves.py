@@ -289,11 +289,8 @@ def read_run(folder: Path) -> FinishedRun:
 
 def swept_keys(runs: Sequence[FinishedRun]) -> list[str]:
     """The keys whose values differ, the model last."""
-    names = [
-        *RUN_KEYS,
-        *dict.fromkeys(k for run in runs for k in run.keys if k not in RUN_KEYS and k != "model"),
-        "model",
-    ]
+    others = dict.fromkeys(k for run in runs for k in run.keys if k not in RUN_KEYS and k != "model")
+    names = [*RUN_KEYS, *others, "model"]
     return [k for k in names if len({str(run.keys.get(k)) for run in runs}) > 1]
 
 

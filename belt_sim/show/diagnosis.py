@@ -119,7 +119,7 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
     at = np.linspace(-FULL_COLOUR, FULL_COLOUR, 401)
     beyond = np.sign(at) * np.maximum(np.abs(at) - SAYS_NOTHING, 0.0) / (FULL_COLOUR - SAYS_NOTHING)
     colours = ListedColormap(style.diverging_map()(0.5 + 0.5 * beyond))
-    look: dict[str, Any] = {"cmap": colours, "vmin": -FULL_COLOUR, "vmax": FULL_COLOUR}
+    look: dict[str, Any] = {"cmap": colours, "vmin": -FULL_COLOUR, "vmax": FULL_COLOUR, "edgecolors": CELL_EDGE}
     columns = min(2, len(maps))
     rows = -(-len(maps) // columns)
     most = max(len(m.tension) for m in maps)
@@ -128,9 +128,7 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
     for k, (ax, one) in enumerate(zip(axes, maps, strict=True)):
         ratio, below = np.asarray(one.ratio, float), np.arange(len(one.tension) + 1)
         ax.set_facecolor(style.GRID)
-        mesh = ax.pcolormesh(
-            one.edges, below, np.ma.masked_invalid(ratio), edgecolors=CELL_EDGE, gid=f"cells-{k}", **look
-        )
+        mesh = ax.pcolormesh(one.edges, below, np.ma.masked_invalid(ratio), gid=f"cells-{k}", **look)
         middle = 0.5 * (np.asarray(one.edges)[1:] + np.asarray(one.edges)[:-1])
         for i, j in np.argwhere(np.isfinite(ratio)):
             size_of = abs(float(ratio[i, j]))
@@ -142,14 +140,8 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
         ax.grid(False)
     between = "\n" if rows * most < 6 else " "  # of a low bar
     lines = style.title(fig, title)
-    inches = {
-        "left": 0.75,
-        "right": 1.3,
-        "top": 0.75 + TITLE_LINE * (lines - 1),
-        "bottom": 0.6,
-        "across": 0.85,
-        "down": 0.95,
-    }
+    top = 0.75 + TITLE_LINE * (lines - 1)
+    inches = {"left": 0.75, "right": 1.3, "top": top, "bottom": 0.6, "across": 0.85, "down": 0.95}
     style.place(fig, rows, columns, **inches)
     low, high, right = (axes[k].get_position() for k in (-1, 0, columns - 1))
     beside = fig.add_axes((right.x1 + 0.25 / size[0], low.y0, 0.18 / size[0], high.y1 - low.y0))

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from importlib.util import find_spec
 from typing import Any
 
@@ -185,6 +186,7 @@ def in_stages(done: Callable[..., None]) -> Callable[[int, str], None]:
     return tell
 
 
+@dataclass
 class ProgressObserver:
     """Travel, belt speed and remaining time of a run that is under way.
 
@@ -192,23 +194,20 @@ class ProgressObserver:
     0 as well, where the engine says how many it has made (``advance``); else it is the travel.
     """
 
+    title: str = "belt"
+    console: Console | None = None
     live_only = True  # of a run that has ended it has nothing to say
-
-    def __init__(self, title: str = "belt", console: Console | None = None) -> None:
-        self.title, self.console = title, console
-        self.close: Callable[[], None] = lambda: None
 
     def start(self, case: Case, travel: float) -> None:
         self.travel, self.note, self.counted = travel, "", False
-        self.update: Callable[[float, str], None] | None = None
+        self.bar: tuple[Callable[[float, str], None], Callable[[], None]] | None = None  # update and close
         self.before: tuple[float, float] | None = None
 
     def advance(self, share: float, *, counted: bool = True) -> None:
         """Move the bar on: so much of the steps (0 .. 1) has been made; counted: by the engine."""
         self.counted = counted
-        if self.update is None:
-            self.update, self.close = _begin(self.console, self.title, 1.0, True)
-        self.update(share, self.note)
+        self.bar = self.bar or _begin(self.console, self.title, 1.0, True)
+        self.bar[0](share, self.note)
 
     def frame(self, frame: Frame) -> None:
         """Note where the belt is."""
@@ -222,7 +221,8 @@ class ProgressObserver:
 
     def finish(self, curves: Curves) -> None:
         """End the bar."""
-        self.close()
+        if self.bar is not None:
+            self.bar[1]()
 
 
 _LOOK_EVERY = 0.1  # [s]

@@ -68,7 +68,7 @@ def environment() -> Any:
 def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
     """Return the whole page as text."""
     page = environment()
-    page.filters.update(number=words.number, milli=words.thousandths, plain=words.setting)
+    page.filters.update(number=words.number, milli=words.thousandths)
     page.filters.update(tenths=lambda gain: words.number(gain, 1 if gain is not None and gain < 100.0 else 3))
     page.filters.update(inline=inline_svg, rows=words.rows, capital=words.capital)
     found = d.discovery if d.discovery is not None and d.discovery.found else None

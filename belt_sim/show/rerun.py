@@ -10,7 +10,7 @@ import re
 import socket
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import KW_ONLY, dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -32,6 +32,7 @@ from belt_sim.units import DEGREE, MM, N_PER_MM2
 TRAVEL_LINE = "travel, 1 s = 1 m"  # Rerun has no timeline of lengths: of its kinds a duration alone reads 10 at 10 m
 TIME_LINE = "time"
 
+POINTS_TITLE = "Lateral position y of points 1-4 [mm] over travel [m]"
 #: plots of a run that share a place -> their titles
 LOADS = {"moment": "Entry moment [N m]", "tension": "Tension [N/mm2]", "slip": "Lateral slip [um]", "sag": "Sag [mm]",
          "further": "Further"}  # fmt: skip
@@ -114,30 +115,27 @@ PULLEY = (150, 160, 172)
 #: Width of lines and size of dots on the screen [px]: negative radii are that to Rerun.
 EDGE, AXIS, REACH, DOT = -0.7, -1.5, -2.0, -5.0
 #: An arrow's length in lengths of the machine, and colours in the bar that explains them.
-ARROW_LENGTH, BAR_COLOURS = 0.12, 21
+ARROW_LENGTH, SHADES = 0.12, 21
 #: Marks stand so many pulley radii above the belt, which would hide them.
 ABOVE = 0.04
 UP = (0, 0, 1)
-RIM_CORNERS = 96  # corners of a pulley's rim: Rerun's own cylinders have few enough to be seen
+CORNERS = 96  # corners of a pulley's rim: Rerun's own cylinders have few enough to be seen
 
 
 def drum(width: float, radius: float) -> rr.Mesh3D:
     """A pulley about the y axis, with its two faces."""
-    turn = np.linspace(0.0, 2.0 * np.pi, RIM_CORNERS, endpoint=False)
-    rim = np.column_stack([radius * np.sin(turn), np.zeros(RIM_CORNERS), radius * np.cos(turn)])
+    turn = np.linspace(0.0, 2.0 * np.pi, CORNERS, endpoint=False)
+    rim = np.column_stack([radius * np.sin(turn), np.zeros(CORNERS), radius * np.cos(turn)])
     rings = [rim + np.array([0.0, side * 0.5 * width, 0.0]) for side in (-1.0, 1.0)]
-    out, flat = rim / radius, np.tile([0.0, 1.0, 0.0], (RIM_CORNERS, 1))
-    here = np.arange(RIM_CORNERS)
-    after = (here + 1) % RIM_CORNERS
-    side = [
-        np.column_stack([here, after, here + RIM_CORNERS]),
-        np.column_stack([after, after + RIM_CORNERS, here + RIM_CORNERS]),
-    ]
+    out, flat = rim / radius, np.tile([0.0, 1.0, 0.0], (CORNERS, 1))
+    here = np.arange(CORNERS)
+    after = (here + 1) % CORNERS
+    side = [np.column_stack([here, after, here + CORNERS]), np.column_stack([after, after + CORNERS, here + CORNERS])]
     fan = np.column_stack([0 * here[2:], here[1:-1], here[2:]])
     return rr.Mesh3D(
         vertex_positions=np.vstack([*rings, *rings]),
         vertex_normals=np.vstack([out, out, -flat, flat]),
-        triangle_indices=np.vstack([*side, fan + 2 * RIM_CORNERS, fan + 3 * RIM_CORNERS]),
+        triangle_indices=np.vstack([*side, fan + 2 * CORNERS, fan + 3 * CORNERS]),
         albedo_factor=PULLEY,
     )
 
@@ -174,19 +172,17 @@ class Scene:
             vectors=[[ahead, 0.0, 0.0], [0.0, face, 0.0]],
             labels=["travel", "+y"], colors=[rgb(INK)], radii=[AXIS], show_labels=True,
         )  # fmt: skip
-        share = np.linspace(-1.0, 1.0, BAR_COLOURS)
-        places = np.column_stack(
-            [length * (0.5 + 0.2 * share), np.full(BAR_COLOURS, -0.8 * face), np.full(BAR_COLOURS, -above)]
-        )
+        share = np.linspace(-1.0, 1.0, SHADES)
+        places = np.column_stack([length * (0.5 + 0.2 * share), np.full(SHADES, -0.8 * face), np.full(SHADES, -above)])
         bar = rr.Boxes3D(
             centers=places,
-            half_sizes=[[0.2 * length / (BAR_COLOURS - 1), 0.06 * face, 1e-3 * length]] * BAR_COLOURS,
+            half_sizes=[[0.2 * length / (SHADES - 1), 0.06 * face, 1e-3 * length]] * SHADES,
             colors=geometry.tilt_colours(share * self.full_tilt, self.full_tilt),
             fill_mode="solid",
         )
         most = f"{self.full_tilt / 1e-3:.0f} mrad"
         named = rr.Points3D(
-            [[0.0, 0.8 * face, -radius], [length, 0.8 * face, radius], *(places[[0, BAR_COLOURS // 2, -1]])],
+            [[0.0, 0.8 * face, -radius], [length, 0.8 * face, radius], *(places[[0, SHADES // 2, -1]])],
             labels=["head pulley", "tail pulley", f"-{most}", "tilt 0", f"+{most}"],
             colors=[rgb(INK)], radii=[-0.5], show_labels=True,
         )  # fmt: skip
@@ -270,6 +266,7 @@ class RecordingFile:
             os.replace(self.draft, self.path)
 
 
+@dataclass
 class RerunObserver:
     """Logs numbers each ``every`` [m] of travel, the belt at most PICTURES times, and the last instant.
 
@@ -278,17 +275,11 @@ class RerunObserver:
     display, a web viewer whose address is printed to standard error. model: its name, in that of the recording.
     """
 
-    def __init__(
-        self, path: str | os.PathLike | None = None, *, model: str = "belt", every: float = READING_EVERY
-    ) -> None:
-        self.path, self.model, self.every, self.every_picture = path, model, every, every
-        self.file: RecordingFile | None = None
-        self.scenes: list[Scene] = []
-        self.rows: list[tuple[float, float, dict[str, float]]] = []
-        self.pictures: list[Frame] = []
-        self.styled: set[str] = set()
-        self.last = self.last_picture = float("-inf")
-        self.newest: Frame | None = None
+    path: str | os.PathLike | None = None
+    _: KW_ONLY
+    model: str = "belt"
+    every: float = READING_EVERY
+    file: RecordingFile | None = field(default=None, init=False)
 
     def start(self, case: Case, travel: float) -> None:
         """Open the file or a viewer, send the blueprint and all that does not move; raises BeltError."""
@@ -306,15 +297,18 @@ class RerunObserver:
             except (RuntimeError, OSError, ValueError) as cause:
                 reason = str(cause).strip().splitlines()[0]
                 raise BeltError(f"watch = rerun: no viewer could be opened ({reason}); use watch=rrd") from cause
+        self.rows: list[tuple[float, float, dict[str, float]]] = []
+        self.pictures: list[Frame] = []
+        self.styled: set[str] = set()
+        self.last = self.last_picture = float("-inf")
+        self.newest: Frame | None = None
         self.every_picture = max(self.every, travel / PICTURES)
         root = self.root = f"{root_of(run_title(case))}/{_NO_PATH.sub('_', self.model)}"
 
         # the machine with its movements enlarged (and, as a tab, true to scale) above the plots
         seen = space(case, f"{root}/machine/drawn", f"{run_title(case)}: {scale.words(case)}", scale)
         machine = rrb.Tabs(seen, space(case, f"{root}/machine/true", "True to scale", TRUE), active_tab=0)
-        y = series_plot(
-            f"{root}/series/y", "Lateral position y of points 1-4 [mm] over travel [m]", travel, WIDE_LEGEND
-        )
+        y = series_plot(f"{root}/series/y", POINTS_TITLE, travel, WIDE_LEGEND)
         tilt = series_plot(f"{root}/series/tilt", "Tilt at mid-span [mrad]", travel)
         loads = rrb.Tabs(*(series_plot(f"{root}/series/{name}", title, travel) for name, title in LOADS.items()))
         plots = rrb.Horizontal(y, tilt, loads, column_shares=[3, 2, 2])
@@ -416,7 +410,7 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
     for title, overlay in runs.items():  # the points beside the residuals and the tilt, the belt in space above
         root, curves = root_of(title), last[title]
         end = max(float(c.travel[-1]) for c in (*overlay.modelled.values(), overlay.measured) if c is not None)
-        plots = [series_plot(f"{root}/y", "Lateral position y of points 1-4 [mm] over travel [m]", end)]
+        plots = [series_plot(f"{root}/y", POINTS_TITLE, end)]
         if overlay.measured is not None:
             plots.append(series_plot(f"{root}/residual", "Residual: model - measured [mm]", end))
         if any(c.tilt is not None for c in overlay.modelled.values()):

@@ -100,10 +100,11 @@ def test_what_a_model_has_in_it_is_no_limit_of_it():
 
 def test_simulate_says_it_in_a_line():
     quiet, loud = (simulate(paper_case(t), model="strip", travel=1.0) for t in (40.0, 10.0))
-    assert quiet.warning == "" == warning("strip", ())
-    assert loud.warning.startswith("strip used beyond its validity: bending_layer (3.2 times the limit)")
-    assert loud.warning in loud.lines()
-    assert loud.warning not in quiet.lines()
+    assert warning("strip", quiet.beyond) == "" == warning("strip", ())
+    said = warning("strip", loud.beyond)
+    assert said.startswith("strip used beyond its validity: bending_layer (3.2 times the limit)")
+    assert said in loud.lines()
+    assert said not in quiet.lines()
     assert summary_json(loud, {})["beyond_validity"]["limits"] == {"bending_layer": pytest.approx(3.18, abs=0.01)}
     assert "beyond_validity" not in summary_json(quiet, {})
 
