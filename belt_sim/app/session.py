@@ -45,7 +45,8 @@ TOO_LARGE = (
 LOGGER_ENDINGS = (".csv", ".tsv", ".txt", ".dat", ".asc", ".xlsx")
 LONGEST_FILE_NAME = 120  # characters
 NO_CODE = "effects are not read by this page; name them in a terminal: belt-sim diagnose effects=[my_effect.py]"
-WANTED_FILES = f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or one YAML with schema: {MAPPING_SCHEMA}"
+WANTED_FILES = f"drop {', '.join(FILES)}, a zip of them, a logger's CSV or xlsx, or "
+WANTED_FILES += f"one YAML with schema: {MAPPING_SCHEMA}"
 
 
 # ---- dropped files
