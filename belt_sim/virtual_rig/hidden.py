@@ -119,22 +119,20 @@ class Detectability:
 
     def reduce(self, change: np.ndarray) -> np.ndarray:
         """A change as a vector whose length is its d: whitened, and relieved of what the nuisances explain."""
-        return self._project_out(self.whiten(change))
-
-    def _project_out(self, vector: np.ndarray) -> np.ndarray:
-        return vector - self._axes @ (self._shares * (self._axes.T @ vector))
+        white = self.whiten(change)
+        return white - self._axes @ (self._shares * (self._axes.T @ white))
 
     def sizes(self, faults: Sequence[Fault]) -> np.ndarray:
         """d of each of several faults, all observed in one batch, shape (faults,).
 
         A tension that errs does just what other settings of the runs do: where these bend, that is no size either.
         """
-        seen = np.stack([self.whiten(c) for c in self.changes(faults)])
+        seen = np.stack([self.whiten(c) for c in changes(self.plan, self.base, self.clean, faults)])
         bent = self._second_order(seen)
         for _ in range(_ROUNDS):
             if rows := np.flatnonzero(bent.any(axis=1)).tolist():
                 bent[rows] = self._second_order(seen[rows] - bent[rows])
-        return np.linalg.norm([self._project_out(x) for x in seen - bent], axis=1)
+        return np.linalg.norm([x - self._axes @ (self._shares * (self._axes.T @ x)) for x in seen - bent], axis=1)
 
     def _second_order(self, seen: np.ndarray) -> np.ndarray:
         """What machine and settings do beyond their derivatives where they most likely are after whitened changes
@@ -154,10 +152,6 @@ class Detectability:
         there = np.split(observe(self.plan, stack(lines), []), len(lines), axis=2)
         found = np.stack([self.whiten(t - self.clean) for t in there]) - likeliest @ shapes.T
         return np.where(np.linalg.norm(found, axis=1, keepdims=True) > _SEEN, found, 0.0)
-
-    def changes(self, faults: Sequence[Fault]) -> list[np.ndarray]:
-        """Change of the readings by each fault alone."""
-        return changes(self.plan, self.base, self.clean, faults)
 
 
 def changes(plan: Plan, base: Line, clean: np.ndarray, faults: Sequence[Fault]) -> list[np.ndarray]:
@@ -260,22 +254,21 @@ class LibrarySignatures:
 
     def distance_of(self, faults: Sequence[Fault]) -> LibraryDistance:
         """The distance of the faults' joint change."""
-        change = np.sum(self.rule.changes(faults), axis=0)
+        change = np.sum(changes(self.rule.plan, self.rule.base, self.rule.clean, faults), axis=0)
         target = self.rule.reduce(change)
         inside = self.axes.T @ target
         beyond = max(float(target @ target - inside @ inside), 0.0)
         kept: list[tuple[float, tuple[str, ...]]] = [(float("inf"), ())]
         best = []
         singles: dict[str, float] = {}
-
-        def left_over(names: tuple[str, ...]) -> float:
-            basis = np.concatenate([self.blocks[n] for n in names], axis=1)
-            fit = np.linalg.lstsq(basis, inside, rcond=1e-7)[0]
-            return float(np.sqrt(np.sum((inside - basis @ fit) ** 2) + beyond))
-
         for _ in range(3):
             sets = {tuple(sorted({*names, n})) for _, names in kept[:_BEAM] for n in self.blocks if n not in names}
-            kept = sorted((left_over(names), names) for names in sets)
+            kept = []
+            for names in sets:
+                basis = np.concatenate([self.blocks[n] for n in names], axis=1)
+                rest = inside - basis @ np.linalg.lstsq(basis, inside, rcond=1e-7)[0]
+                kept.append((float(np.sqrt(np.sum(rest**2) + beyond)), names))
+            kept.sort()
             best.append(kept[0][0])
             singles = singles or {names[0]: left for left, names in kept}
         allowed = min(LOOKALIKE_REMAINDER, _ALIKE_SHARE * float(np.linalg.norm(target)))
@@ -396,14 +389,37 @@ def random_hidden(
     if kind == "outside":
         acting = tuple(name for name in unmodelled if base not in UNMODELLED[name].idle_on)
         return _draw_unmodelled(plan, LibrarySignatures(rule()), acting, rng)
+    # effects of the library, each at its wanted size; what cannot get so large is drawn again
     names = [cls.id for cls in RANDOM_LIBRARY if base not in (*cls.part_of, *cls.idle_on)]
     names = [name for name in names if not library or name in library]
-    wanted = {
-        "library": lambda: [float(rng.choice(LIBRARY_SIZES))],
-        "two": lambda: [float(rng.choice(_TWO_SIZES)) for _ in range(2)],
-        "below_noise": lambda: [float(rng.uniform(*_BELOW))],
-    }[kind]()
-    return _draw_library(kind, names, wanted, plan, LibrarySignatures(rule()), rng)
+    if kind == "below_noise":
+        wanted = [float(rng.uniform(*_BELOW))]
+    else:
+        wanted = [float(rng.choice(s)) for s in ([_TWO_SIZES, _TWO_SIZES] if kind == "two" else [LIBRARY_SIZES])]
+    signatures = LibrarySignatures(rule())
+    faults: list[Fault] = []
+    sizes: list[float] = []
+    edge = kind == "two" and rng.random() < EDGE_BESIDE[kind]
+    for number, size in enumerate(wanted):
+        if edge and number == 1:
+            faults.append(scale_fault(random_fault("edge_profile", plan, rng), float(rng.uniform(*_EDGE))))
+            sizes.append(float(signatures.rule.sizes(faults[-1:])[0]))
+            continue
+        for _ in range(_ATTEMPTS):
+            taken = {f.id for f in faults} | ({"edge_profile"} if edge else set())
+            fault = random_fault(str(rng.choice([n for n in names if n not in taken])), plan, rng)
+            if fault.fixed:
+                found = float(signatures.rule.sizes([fault])[0])
+            else:
+                fault, found = scale_to_size(signatures.rule, fault, size)
+            if found >= REACHED * size:
+                break
+        faults.append(fault)
+        sizes.append(found)
+    near = signatures.distance_of(faults)
+    others = near.lookalikes if kind == "two" else [name for name in near.lookalikes if name != faults[0].id]
+    distance = near.single if kind == "two" else None
+    return HiddenFaults(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=others, distance=distance)
 
 
 def random_noise(noise: Noise, rng: np.random.Generator) -> Noise:
@@ -429,33 +445,6 @@ def random_fault(name: str, plan: Plan, rng: np.random.Generator) -> Fault:
             drawn = f.metadata["draw"](plan, rng)
             chosen[f.name] = int(drawn) if isinstance(drawn, int | np.integer) else float(drawn)
     return cls(**chosen)
-
-
-def _draw_library(kind, names, wanted, plan: Plan, library: LibrarySignatures, rng) -> HiddenFaults:
-    """Different effects, each at its wanted size; what cannot get so large is drawn again."""
-    faults: list[Fault] = []
-    sizes: list[float] = []
-    edge = kind == "two" and rng.random() < EDGE_BESIDE[kind]
-    for number, size in enumerate(wanted):
-        if edge and number == 1:
-            faults.append(scale_fault(random_fault("edge_profile", plan, rng), float(rng.uniform(*_EDGE))))
-            sizes.append(float(library.rule.sizes(faults[-1:])[0]))
-            continue
-        for _ in range(_ATTEMPTS):
-            taken = {f.id for f in faults} | ({"edge_profile"} if edge else set())
-            fault = random_fault(str(rng.choice([n for n in names if n not in taken])), plan, rng)
-            if fault.fixed:
-                found = float(library.rule.sizes([fault])[0])
-            else:
-                fault, found = scale_to_size(library.rule, fault, size)
-            if found >= REACHED * size:
-                break
-        faults.append(fault)
-        sizes.append(found)
-    near = library.distance_of(faults)
-    others = near.lookalikes if kind == "two" else [name for name in near.lookalikes if name != faults[0].id]
-    distance = near.single if kind == "two" else None
-    return HiddenFaults(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=others, distance=distance)
 
 
 def _draw_unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str], rng) -> HiddenFaults:

@@ -5,7 +5,7 @@ import pytest
 
 from belt_sim.campaign.quality import check_noise, records_of
 from belt_sim.virtual_rig import Noise, Plan, RunSetting, make_campaign
-from belt_sim.virtual_rig.hidden import Detectability, fault_from_spec, scale_to_size
+from belt_sim.virtual_rig.hidden import Detectability, changes, fault_from_spec, scale_to_size
 from belt_sim.virtual_rig.march import TrueErrors, draw_errors, stated_data, true_line
 
 RUNS = 200
@@ -107,7 +107,9 @@ def test_a_zero_error_hides_an_offset():
     fault = fault_from_spec({"id": "sensor_offset", "c1": 1e-5})
     expected = 1e-5 / np.hypot(1e-4, 2e-5 / np.sqrt(241))
     assert rule.sizes([fault])[0] == pytest.approx(expected, rel=1e-4)
-    assert np.linalg.norm(rule.reduce(rule.changes([fault])[0])) == pytest.approx(expected, rel=1e-4)
+    assert np.linalg.norm(rule.reduce(changes(rule.plan, rule.base, rule.clean, [fault])[0])) == pytest.approx(
+        expected, rel=1e-4
+    )
 
 
 @pytest.mark.parametrize("sigmas", [1.0, 3.0])
@@ -118,7 +120,7 @@ def test_an_error_of_the_tension_is_no_larger_than_what_settings_that_do_the_sam
     rule = Detectability(plan, noise, "strip")
     fault = fault_from_spec({"id": "tension_bias", "gain": 0.016 * sigmas})
     bound = np.sqrt(2.0) * sigmas
-    assert np.linalg.norm(rule.reduce(rule.changes([fault])[0])) > 1.5 * bound
+    assert np.linalg.norm(rule.reduce(changes(rule.plan, rule.base, rule.clean, [fault])[0])) > 1.5 * bound
     assert 0.9 * bound < rule.sizes([fault])[0] < 1.02 * bound
 
 
