@@ -12,7 +12,8 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves
-from belt_sim.effects.law import RELATIVE, GenericLaw
+from belt_sim.effects.generic_law import GenericLaw
+from belt_sim.effects.law import RELATIVE
 from belt_sim.effects.pulley import LiftOff, Slip, with_side_force
 from belt_sim.effects.span import EdgeGuide
 from belt_sim.errors import Limit

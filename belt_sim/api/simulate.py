@@ -12,7 +12,7 @@ from belt_sim.campaign.types import Campaign, case_of, sensor_place
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect, library
-from belt_sim.effects.law import law_effect, law_of_entry
+from belt_sim.effects.generic_law import law_effect, law_of_entry
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import BeltError, CannotRepresent, InputError, Limit, SimulationError, finite, warning
 from belt_sim.io import provenance, write_json

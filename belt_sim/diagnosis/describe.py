@@ -19,7 +19,7 @@ from belt_sim.diagnosis.samples import Samples
 from belt_sim.diagnosis.search import NOTHING, row_of
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.effects.base import Effect
-from belt_sim.effects.law import GenericLaw, law_entry
+from belt_sim.effects.generic_law import GenericLaw, law_entry
 from belt_sim.io import provenance
 from belt_sim.results.diagnosis import (
     Candidate,

@@ -35,7 +35,7 @@ from belt_sim.diagnosis.samples import (
     travel_lead,
 )
 from belt_sim.effects.base import Effect, Parameter, library
-from belt_sim.effects.law import GenericLaw
+from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.jax_setup import PROGRAMS, WORKERS, StoredProgram, jit_float64, program_key
 from belt_sim.line.hooks import AFTER_ENGINE, apply_hook, indicate, overrides, switched, true_travel
 from belt_sim.line.march import march_open, plan_steps

@@ -25,7 +25,8 @@ from belt_sim.discovery.linear_search import (
     unexplained_elsewhere,
 )
 from belt_sim.discovery.search_data import COURSES_ONLY, WITH_KNEE, LatentInput, SearchData, simpler_form
-from belt_sim.effects.law import BY_THE_BELT, Form, GenericLaw, Law, Place, SizedLaw, Term, law_effect, number_name
+from belt_sim.effects.generic_law import GenericLaw, law_effect
+from belt_sim.effects.law import BY_THE_BELT, Form, Law, Place, SizedLaw, Term, number_name
 from belt_sim.jax_setup import map_in_threads
 
 # The choice of a law: laws of one term, then of two where the second earns its place; how stable the choice is.

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.effects.base import Effect, effects_in, library
-from belt_sim.effects.law import ID as LAW
-from belt_sim.effects.law import GenericLaw, law_effect, law_lines, law_of_entry, yaml_number
+from belt_sim.effects.generic_law import ID as LAW
+from belt_sim.effects.generic_law import GenericLaw, law_effect, law_lines, law_of_entry, yaml_number
 from belt_sim.errors import InputError, finite
 from belt_sim.io import careful_yaml
 from belt_sim.line.hooks import HOOKS, line_of, overrides, wrong_file
@@ -41,7 +41,26 @@ def load_effects(spec: Any) -> tuple[Effect, ...]:
     loaded: list[Effect] = []
     for item in _entries(spec) if spec is not None else []:
         classes, numbers = _read_entry(item)
-        loaded += [_build(cls, numbers) for cls in classes.values()]
+        for cls in classes.values():
+            for name, value in numbers.items():
+                where = f"effects.{cls.id}.{name}"
+                if name not in cls.parameters:
+                    raise InputError(where, value, "", f"its parameters are {', '.join(cls.parameters)}")
+                parameter, (low, high) = cls.parameters[name], cls.parameters[name].plausible
+                as_text = " (write 2.0e-5, not 2e-5)" if re.fullmatch(r"[+-]?\d+e[+-]?\d+", str(value)) else ""
+                finite(where, value, parameter.unit, f"give a finite number{as_text}")
+                if abs(value) > (most := MOST_TIMES_PLAUSIBLE * max(abs(low), abs(high))):
+                    remedy = f"give at most {most:g} {parameter.unit}"
+                elif value < parameter.null <= low and not parameter.modifier:
+                    remedy = f"must be {parameter.null:g} or more"
+                else:
+                    continue
+                remedy = f"{remedy}; {low:g} to {high:g} is plausible"
+                raise InputError(where, f"{value:g}", parameter.unit, remedy)
+            loaded.append(cls(**{n: float(v) for n, v in numbers.items()}))
+            if loaded[-1].is_null():
+                example = f"effects=[{{id:{cls.id},{next(iter(cls.parameters))}:...}}]"
+                raise InputError("effects", cls.id, "", f"it would do nothing; give numbers, e.g. {example}")
     ids = [e.id for e in loaded]
     for twice in {i for i in ids if ids.count(i) > 1}:
         raise InputError("effects", twice, "", "name each effect once")
@@ -122,29 +141,6 @@ def _read_entry(item: Any) -> tuple[dict[str, type[Effect]], dict[str, Any]]:
     if name not in known:
         raise InputError("effects", name, "", f"use one of {', '.join(known)}, or a .py file of your own")
     return {name: known[name]}, numbers
-
-
-def _build(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
-    for name, value in numbers.items():
-        if name not in cls.parameters:
-            raise InputError(f"effects.{cls.id}.{name}", value, "", f"its parameters are {', '.join(cls.parameters)}")
-        where, parameter = f"effects.{cls.id}.{name}", cls.parameters[name]
-        as_text = " (write 2.0e-5, not 2e-5)" if re.fullmatch(r"[+-]?\d+e[+-]?\d+", str(value)) else ""
-        finite(where, value, parameter.unit, f"give a finite number{as_text}")
-        low, high = parameter.plausible
-        if abs(value) > (most := MOST_TIMES_PLAUSIBLE * max(abs(low), abs(high))):
-            remedy = f"give at most {most:g} {parameter.unit}; {low:g} to {high:g} is plausible"
-            raise InputError(where, f"{value:g}", parameter.unit, remedy)
-        if value < parameter.null <= low and not parameter.modifier:
-            remedy = f"must be {parameter.null:g} or more; {low:g} to {high:g} is plausible"
-            raise InputError(where, f"{value:g}", parameter.unit, remedy)
-    built = cls(**{n: float(v) for n, v in numbers.items()})
-    if built.is_null():
-        example = next(iter(cls.parameters))
-        raise InputError(
-            "effects", cls.id, "", f"it would do nothing; give numbers, e.g. effects=[{{id:{cls.id},{example}:...}}]"
-        )
-    return built
 
 
 # Effects in a user's own Python file: what is wrong with one is said in a line with file, line and remedy.

@@ -14,7 +14,8 @@ from belt_sim.discovery.search_data import SearchData, search_data_of
 from belt_sim.discovery.selection import SearchOutcome, search_law
 from belt_sim.discovery.words import describe_discovery
 from belt_sim.effects.base import Effect
-from belt_sim.effects.law import ID, GenericLaw, Law, SizedLaw, law_effect
+from belt_sim.effects.generic_law import ID, GenericLaw, law_effect
+from belt_sim.effects.law import Law, SizedLaw
 from belt_sim.model import analytic_model
 from belt_sim.results.diagnosis import Discovery
 from belt_sim.virtual_rig.make import make_campaign
