@@ -21,7 +21,7 @@ from belt_sim.api.simulate import (
     validity_warnings,
 )
 from belt_sim.campaign import Campaign, suspicions
-from belt_sim.campaign.quality import check_repeats
+from belt_sim.campaign.kinematics import check_repeats
 from belt_sim.campaign.types import sensor_place
 from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.decide import POLICY, probability_of_unknown

@@ -1,8 +1,9 @@
 """Known mistakes in a campaign's sheet, each as a hypothesis with the campaign as it would be without it."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -75,29 +76,23 @@ class SheetMistake:
     @property
     def campaign(self) -> Campaign:
         """The campaign as it would be if this mistake was made."""
-        stated = self.stated
-        part, names = _SCALED.get(self.kind, ("signals" if self.kind == "points" else "runs", ()))
+        stated, size, kind = self.stated, self.size, self.kind
+        part, names = _SCALED.get(kind, ("signals" if kind == "points" else "runs", ()))
         if part == "signals":
             return replace(stated, signals=tuple(replace(s, at=self.places.get(s.name, s.at)) for s in stated.signals))
-        if part == "runs":
-            return replace(stated, runs=tuple(self._correct(r, names) for r in stated.runs))
-        sheet = getattr(stated, part)
-        scaled = {
-            n: Quantity(value=q.value * self.size, u=q.u * self.size) for n, q in vars(sheet).items() if n in names
-        }
-        return replace(stated, **{part: replace(sheet, **scaled)})
-
-    def _correct(self, run: Run, names: tuple[str, ...]) -> Run:
-        """Return a run as it would be; names: of its numbers that the size multiplies."""
-        if self.runs and run.name not in self.runs:
-            return run
-        if self.kind == "yaw_place":
-            return replace(run, yaw_at=run.yaw_at + self.size)
-        if self.kind == "reading_unit":
-            lateral = {s.name for s in self.stated.signals if s.kind == "lateral"}
-            signals = {n: self.size * y if n in lateral else y for n, y in run.signals.items()}
-            return replace(run, signals=signals)
-        return replace(run, **{n: self.size * getattr(run, n) for n in names})
+        if part != "runs":
+            sheet = getattr(stated, part)
+            scaled = {n: Quantity(value=size * q.value, u=size * q.u) for n, q in vars(sheet).items() if n in names}
+            return replace(stated, **{part: replace(sheet, **scaled)})
+        lateral, runs = {s.name for s in stated.signals if s.kind == "lateral"}, list[Run]()
+        for run in stated.runs:
+            change: dict[str, Any] = {n: size * getattr(run, n) for n in names}
+            if kind == "yaw_place":
+                change = {"yaw_at": run.yaw_at + size}
+            elif kind == "reading_unit":
+                change = {"signals": {n: size * y if n in lateral else y for n, y in run.signals.items()}}
+            runs.append(replace(run, **change) if not self.runs or run.name in self.runs else run)
+        return replace(stated, runs=tuple(runs))
 
     @property
     def sentence(self) -> str:
@@ -115,49 +110,36 @@ class SheetMistake:
         return float(np.log(self.size)) if self.kind == "reading_unit" else 0.0
 
 
-# Which mistakes a sheet could hold.
-
-
 def sheet_mistakes(campaign: Campaign) -> tuple[SheetMistake, ...]:
     """Return every known mistake that this campaign's sheet could hold."""
-    scales = [SheetMistake(stated=campaign, kind=kind, size=size, why=why) for kind, size, why in _sizes(campaign)]
+    machine = campaign.machine
+    span, radii = machine.centre_distance.value, machine.head_radius.value + machine.tail_radius.value
+    sizes: list[tuple[str, float, str]] = [("yaw_place", share * span, "") for share in YAW_DELAYS]
+    if any(r.yaw for r in campaign.runs):
+        sizes += [("yaw_sign", -1.0, ""), ("yaw_unit", 0.18 / np.pi, "mrad as degrees")]
+        sizes.append(("yaw_unit", np.pi / 0.18, "degrees as mrad"))
+    sizes += [("direction", -1.0, ""), ("radius", 0.5, "the diameter is stated as the radius")]
+    if 2.0 * radii < span:
+        sizes.append(("radius", 2.0, "half the radius is stated"))
+    feet = [(FEET, "feet as metres"), (1.0 / FEET, "metres as feet")]
+    spans = [("centre_distance", size, why) for size, why in [*feet, (0.5, "both spans as one")]]
+    sizes += [one for one in spans if radii < one[1] * span < LONGEST_CENTRE_DISTANCE]
+    sizes += [("width", size, "") for size in WIDTHS]
+    for size in (0.1, 10.0):
+        sizes += [("thickness", size, ""), ("modulus", size, ""), ("tension", size, "a decimal point")]
+    sizes += [
+        ("tension", 0.5, "the pulley's load, which both spans share"),
+        ("tension", KILOPOND, "kgf for N"),
+        ("tension", 1.0 / KILOPOND, "N for kgf"),
+    ]
+    sizes += [("travel_unit", size, why) for size, why in [*feet, (0.1, "dm"), (10.0, "a decimal point")]]
+    sizes += [("reading_unit", size, why) for size, why in _READINGS]
+    found = [SheetMistake(stated=campaign, kind=kind, size=size, why=why) for kind, size, why in sizes]
+    # which sensors may stand at each other's place, or at a free one
     lateral = [s for s in campaign.signals if s.kind == "lateral"]
     free = [place for place, kind in PLACES.items() if kind == "lateral" and place not in {s.at for s in lateral}]
     exchanged = [{a.name: b.at, b.name: a.at} for a, b in combinations(lateral, 2) if a.at != b.at]
-    places = []
     for at in [*exchanged, *({s.name: place} for s in lateral for place in free)]:
         why = " and ".join(f"{name} reads as at {place}" for name, place in at.items())
-        places.append(SheetMistake(stated=campaign, kind="points", size=1.0, why=why, places=at))
-    return (*scales, *places)
-
-
-def _sizes(campaign: Campaign) -> Iterator[tuple[str, float, str]]:
-    """Yield kinds and sizes of mistakes in a number, and the slips that make them."""
-    machine = campaign.machine
-    span, radii = machine.centre_distance.value, machine.head_radius.value + machine.tail_radius.value
-    for share in YAW_DELAYS:
-        yield "yaw_place", share * span, ""
-    if any(r.yaw for r in campaign.runs):
-        yield "yaw_sign", -1.0, ""
-        yield "yaw_unit", 0.18 / np.pi, "mrad as degrees"
-        yield "yaw_unit", np.pi / 0.18, "degrees as mrad"
-    yield "direction", -1.0, ""
-    yield "radius", 0.5, "the diameter is stated as the radius"
-    if 2.0 * radii < span:
-        yield "radius", 2.0, "half the radius is stated"
-    for size, why in ((FEET, "feet as metres"), (1.0 / FEET, "metres as feet"), (0.5, "both spans as one")):
-        if radii < size * span < LONGEST_CENTRE_DISTANCE:
-            yield "centre_distance", size, why
-    for size in WIDTHS:
-        yield "width", size, ""
-    for size in (0.1, 10.0):
-        yield "thickness", size, ""
-        yield "modulus", size, ""
-        yield "tension", size, "a decimal point"
-    yield "tension", 0.5, "the pulley's load, which both spans share"
-    yield "tension", KILOPOND, "kgf for N"
-    yield "tension", 1.0 / KILOPOND, "N for kgf"
-    for size, why in ((FEET, "feet as metres"), (1.0 / FEET, "metres as feet"), (0.1, "dm"), (10.0, "a decimal point")):
-        yield "travel_unit", size, why
-    for size, why in _READINGS:
-        yield "reading_unit", size, why
+        found.append(SheetMistake(stated=campaign, kind="points", size=1.0, why=why, places=at))
+    return tuple(found)

@@ -11,7 +11,7 @@ import jax
 import numpy as np
 
 from belt_sim.campaign import Campaign, SignalSheet, Suspicion, case_of, suspicions
-from belt_sim.campaign.quality import check_repeats
+from belt_sim.campaign.kinematics import check_repeats
 from belt_sim.case import Case
 from belt_sim.diagnosis.decide import (
     POLICY,

@@ -8,7 +8,8 @@ import pytest
 from roped_campaign import LENGTH, RADIUS, SPACING, WHITE, YAW, damaged, roped_campaign
 
 from belt_sim.campaign import Quantity, suspicions
-from belt_sim.campaign.quality import check_guide, check_repeats, records_of
+from belt_sim.campaign.kinematics import check_guide, check_repeats
+from belt_sim.campaign.records import records_of
 from belt_sim.virtual_rig.make import make_campaign
 
 
