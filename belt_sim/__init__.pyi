@@ -31,7 +31,7 @@ from belt_sim.effects.base import library as library
 from belt_sim.errors import BeltError as BeltError
 from belt_sim.errors import InputError as InputError
 from belt_sim.jax_setup import prepare as prepare
-from belt_sim.linear.plant import close_loop as close_loop
+from belt_sim.linear.loop import close_loop as close_loop
 from belt_sim.results.check import Check as Check
 from belt_sim.results.diagnosis import Diagnosis as Diagnosis
 from belt_sim.results.diagnosis import Discovery as Discovery

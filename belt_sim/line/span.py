@@ -62,23 +62,21 @@ class Response:
     mid_tilt: jnp.ndarray
 
 
-def torsional_stiffness(case: Case):
-    """Return T = F b^2/12 + G b h^3/3 [N m2]: tension in the twisted edges, and St. Venant torsion of a thin strip."""
-    return case.tension_force * case.belt.width**2 / 12 + thin_strip_torsion(case)
-
-
 def thin_strip_torsion(case: Case):
     """Return G b h^3/3 [N m2], St. Venant torsion of a thin strip."""
     return case.belt.shear_modulus * case.belt.width * case.belt.thickness**3 / 3
 
 
 def beam_second_order(case: Case) -> Span:
-    """Return the beam under tension, y'''' = K^2 y'' with K^2 = F/EI (paper eq. 8, 10)."""
+    """Return the beam under tension, y'''' = K^2 y'' with K^2 = F/EI (paper eq. 8, 10).
+
+    Its T = F b^2/12 + G b h^3/3: tension in the twisted edges, and St. Venant torsion of a thin strip.
+    """
     return Span(
         length=case.rig.span_length,
         force=case.tension_force,
         bending=case.belt.bending_stiffness,
-        torsion=torsional_stiffness(case),
+        torsion=case.tension_force * case.belt.width**2 / 12 + thin_strip_torsion(case),
         sag_curvature=0.0,
     )
 

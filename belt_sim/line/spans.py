@@ -103,7 +103,8 @@ class Spans:
         span, case, answer = self.span, self.case, self.answer
         boundary = self.boundary_values(travel, y, alpha, off, yaw)
         bend = self.bend(boundary)
-        bent, bent_off = _apply(answer.runup, boundary) + bend.runup, _apply(answer.runoff, boundary) + bend.runoff
+        bent = jnp.sum(answer.runup * boundary.ends.T, axis=1) + bend.runup
+        bent_off = jnp.sum(answer.runoff * boundary.ends.T, axis=1) + bend.runoff
         if span.limp:
             bent, bent_off = 0.0 * bent, 0.0 * bent_off
         moment, moment_off = span.bending * bent, span.bending * bent_off
@@ -175,7 +176,7 @@ class Spans:
 
         def read(state: State, off: RunOff, yaw: Yaw) -> jax.Array:
             boundary = self.boundary_values(state.travel, state.y, state.alpha, off, yaw)
-            return (boundary.start + _apply(rows, boundary))[which]
+            return (boundary.start + jnp.sum(rows * boundary.ends.T, axis=1))[which]
 
         return read
 
@@ -184,11 +185,6 @@ def span_responses(case: Case, effects: Sequence, span: Span) -> Response:
     """Return the responses of both spans, rows (2, 5), after effects with the hook ``hold``."""
     answer = jax.tree.map(lambda row: jnp.stack([row, row]), response(span))
     return apply_hook(effects, "hold", answer, span, case)
-
-
-def _apply(rows, boundary: BoundaryValues) -> jax.Array:
-    """Multiply rows (2, 5) of a response by the boundary values of each span, shape (2,)."""
-    return jnp.sum(rows * boundary.ends.T, axis=1)
 
 
 # Steady drift: linear spans (docs/theory.md) and Ritzinger's edge ropes (paper eq. 16-18).

@@ -214,7 +214,7 @@ def march_line(line: Line, faults: Sequence[Fault], reach: float) -> DelayHistor
     last = len(past.nodes) - 1
     for k in range(last):
         y = equation.step(k, y)
-    equation.store(last, y, last - 1)
+    equation.rates(past.nodes[last], last - 1, y, equation.here, last)
     return past
 
 
@@ -251,7 +251,7 @@ class _DelayEquation:
             gone = slip_turn(kappa, stiff, self.line, self.sticks)
             turn, aside = (np.where(changed, x, 0.0) for x in gone)
             y = y + np.stack([aside[0], -turn[0], aside[1], -turn[1]])
-        k1, still = self.store(k, y, k), np.zeros(len(self.line.stress))
+        k1, still = self.rates(s, k, y, self.here, k), np.zeros(len(self.line.stress))
         half, whole = (self.history.wrap_exit(s + share * h + still, slipped=False) for share in (0.5, 1.0))
         k2 = self.rates(s + h / 2, k, y + h / 2 * k1, half)
         k3 = self.rates(s + h / 2, k, y + h / 2 * k2, half)
@@ -259,15 +259,10 @@ class _DelayEquation:
         self.here = whole
         return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
-    def store(self, node: int, y: np.ndarray, k: int) -> np.ndarray:
-        """Keep state, slope and what acts at a node, under the commands of step k; returns the slope."""
-        slope = self.rates(self.nodes[node], k, y, self.here, node)
-        self.history.state[node], self.history.slope[node] = y, slope
-        return slope
-
     def rates(self, s, k, y, past, node=None):
-        """Rate of change of the state per metre of travel; at a node, what acts there is kept."""
-        line = self.line
+        """Rate of change of the state per metre of travel, under the commands of step k; at a node, the state, this rate
+        and what acts there are kept."""
+        line, kept = self.line, self.history
         kappa, beta, beta_head = self.curvatures(s, k, y, past, node)
         turn = sum((f.turn(s, line, y[::2], kappa) for f in self.of["turn"]), kappa * self.soft)
         for fault in self.of["recall"]:
@@ -275,9 +270,11 @@ class _DelayEquation:
         drift = y[1::2]
         for fault in self.of["slide"]:
             drift = drift * fault.slide(s, line, y[1::2])
+        rates = -np.stack([drift[0], turn[0], drift[1], turn[1]])
         if node is not None:
-            self.history.tail_yaw[node], self.history.head_yaw[node], self.history.bent[node] = beta, beta_head, kappa
-        return -np.stack([drift[0], turn[0], drift[1], turn[1]])
+            kept.state[node], kept.slope[node] = y, rates
+            kept.tail_yaw[node], kept.head_yaw[node], kept.bent[node] = beta, beta_head, kappa
+        return rates
 
     def curvatures(self, s, k, y, past, node=None):
         """Curvature where the belt runs up, shape (2, batch), and the true yaws of the tail and head pulley."""

@@ -17,7 +17,7 @@ from rich.console import Console
 from rich.table import Table
 
 from belt_sim.case import Case, Rig
-from belt_sim.line.span import torsional_stiffness
+from belt_sim.line.span import beam_second_order
 from belt_sim.settings import case_from
 from studies.application import application
 from studies.closed_forms import sievers_coefficients
@@ -253,7 +253,7 @@ def fronts(case: Case, roll: Roll, folder: Path, limit: float) -> list[Front]:
 
 def lean(case: Case, kappa: float) -> float:
     """(l^3/8R^2) M/T [rad]: what the bending layer adds to the angle of the free part where it begins."""
-    stiffness = case.belt.bending_stiffness / torsional_stiffness(case)
+    stiffness = case.belt.bending_stiffness / beam_second_order(case).torsion
     return float(layer(case) ** 3 / (8 * case.rig.tail_radius**2) * stiffness * kappa)
 
 

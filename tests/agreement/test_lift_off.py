@@ -10,7 +10,7 @@ from scipy.linalg import expm
 
 from belt_sim.curves import late_rates
 from belt_sim.effects.pulley import LiftOff
-from belt_sim.line.span import strip, torsional_stiffness
+from belt_sim.line.span import strip
 from belt_sim.line.spans import span_responses
 from belt_sim.model import MODELS
 from studies.closed_forms import steady_offsets
@@ -40,7 +40,7 @@ def by_transfer_matrix(tension: float, side: float) -> tuple[float, float]:
     plate = BELT.youngs_modulus * BELT.thickness**3 / 12 / (1 - BELT.poisson_ratio**2)
     layer = np.sqrt(plate / stress / BELT.thickness)
     force, sag, bending = case.tension_force, case.sag_curvature, BELT.bending_stiffness
-    torsion = torsional_stiffness(case)
+    torsion = strip(case).torsion
     far = np.linspace(0.0, 40 * layer, 20001)  # the twist beside the pulley, by quadrature of its two exponentials
     other = np.sqrt(plate * BELT.width**3 / 12 / torsion)
     slope = layer / radius * np.exp(-far / layer)

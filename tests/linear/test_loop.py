@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
-from belt_sim.linear.plant import margins_of, state_space
+from belt_sim.linear.loop import margins_of
+from belt_sim.linear.plant import state_space
 
 SPEED, SAMPLE = 0.5, 0.02  # [m/s], [s]
 HELD = 2e-2  # of the largest y: yaw is held over a sample, and the reference solution is continuous

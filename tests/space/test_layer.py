@@ -8,7 +8,7 @@ from paper_cases import paper_case
 from pulley_bench import empty_wrap, pose, surface
 
 from belt_sim.effects.pulley import LiftOff
-from belt_sim.line.span import torsional_stiffness
+from belt_sim.line.span import strip
 from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.belt import LayerFibres
@@ -66,7 +66,7 @@ def beside_a_pulley(case, end, across, kappa=0.0, twist=0.0):
 def of_the_law(case):
     """l^2/2R and l^3/8R^2, each over the torsional stiffness."""
     layer = np.sqrt(case.belt.plate_stiffness / (case.settings.tension * case.belt.thickness))
-    torsion = float(torsional_stiffness(case))
+    torsion = float(strip(case).torsion)
     return float(layer**2 / 2 / R), float(layer**3 / 8 / R**2), torsion
 
 
