@@ -260,8 +260,8 @@ class _DelayEquation:
         return y + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
 
     def rates(self, s, k, y, past, node=None):
-        """Rate of change of the state per metre of travel, under the commands of step k; at a node, the state, this rate
-        and what acts there are kept."""
+        """Rate of change of the state per metre of travel, under the commands of step k; at a node, the state, this
+        rate and what acts there are kept."""
         line, kept = self.line, self.history
         kappa, beta, beta_head = self.curvatures(s, k, y, past, node)
         turn = sum((f.turn(s, line, y[::2], kappa) for f in self.of["turn"]), kappa * self.soft)
