@@ -33,7 +33,7 @@ from belt_sim.line.hooks import AFTER_ENGINE, uses
 from belt_sim.line.march import KEEP, march_traced, plan_steps, refuse_short_waves
 from belt_sim.line.spans import steady_traced
 from belt_sim.model import AnalyticModel, Model
-from belt_sim.results.simulation import SHARE_BEFORE, agree, settled_before
+from belt_sim.results.simulation import POINT_NUMBERS, SHARE_BEFORE, agree, settled_before
 from belt_sim.settings import case_from, group_from, make_settings, model_settings
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 
@@ -54,7 +54,6 @@ GROUPS = {
     "belt": ("width", "thickness", "youngs_modulus", "density", "poisson_ratio"),
 }
 SPACINGS = ("even", "ratio")
-POINTS = (1, 2, 3, 4)
 CHUNK = 250  # cases marched side by side in one thread; their state stays in a core's cache
 PART = 4  # chunks a thread between two reports of progress
 MOST = 10**7  # cases
@@ -295,7 +294,7 @@ class SweepGrid:
             found = simulate_one(case, model=model, effects=effects, travel=self.plain["travel"], engine=engine)
             offsets = np.array(found.offsets or (np.nan, np.nan)) / MM
             rows.append([*found.rates / MM_PER_M, *offsets, found.is_settled])
-        names = [*(f"rate{k}_mm_per_m" for k in POINTS), "offset_upper_mm", "offset_lower_mm", "settled"]
+        names = [*(f"rate{k}_mm_per_m" for k in POINT_NUMBERS), "offset_upper_mm", "offset_lower_mm", "settled"]
         return dict(zip(names, np.array(rows, float).T, strict=True))
 
 
@@ -364,8 +363,8 @@ def sweep_columns(travel: float | None, at: Sequence[float] | None = None) -> tu
     """Names of what a sweep over ``travel`` [m] may tell, with positions ``at`` these [m]; the steady rate last."""
     names: tuple[str, ...] = ()
     if travel is not None:
-        names += tuple(f"rate{k}_mm_per_m" for k in POINTS)
-        names += tuple(f"y{k}_mm_at_{s:g}_m" for s in (READ_AT if at is None else at) for k in POINTS)
+        names += tuple(f"rate{k}_mm_per_m" for k in POINT_NUMBERS)
+        names += tuple(f"y{k}_mm_at_{s:g}_m" for s in (READ_AT if at is None else at) for k in POINT_NUMBERS)
         names += ("offset_upper_mm", "offset_lower_mm", "overshoot1_mm", "retreat1_mm", "slackest_edge_n_per_mm2")
         names += ("largest_y_mm", "settled")
     return (*names, "steady_rate_mm_per_m")

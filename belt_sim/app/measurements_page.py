@@ -256,7 +256,7 @@ def _curves(campaign: Campaign) -> None:
         units = " or ".join(sorted({UNIT_OF_KIND[sheets[name].kind] for name in run.signals}))
         data = [
             widgets.line(run.travel, words.KILO * y, f"{name} ({sheets[name].at.replace('_', ' ')})",
-                         widgets.POINT_COLOURS[k % 4], {"width": 1}, **look)
+                         widgets.PLOT_COLOURS[k % 4], {"width": 1}, **look)
             for k, (name, y) in enumerate(run.signals.items())
         ]  # fmt: skip
         return widgets.chart(data, f"reading [{units}]", 320)

@@ -25,7 +25,7 @@ from belt_sim.results.estimates import MachineSizes, display_unit
 from belt_sim.results.simulation import Simulation
 from belt_sim.results.words import KILO, NO_NUMBER, capital, decimal, thousandths
 from belt_sim.settings import make_case
-from belt_sim.show.style import POINT_NAMES
+from belt_sim.show.style import SHORT_POINT_NAMES
 from belt_sim.show.terminal import REASONS
 from belt_sim.units import N_PER_MM2
 
@@ -167,10 +167,9 @@ class View:
         data = []  # lateral position of points 1-4; another model's beside it, dotted
         for one in filter(None, (s, beside)):
             for k, y in enumerate(KILO * np.asarray(one.curves.y) if one.curves is not None else ()):
-                name = POINT_NAMES[k].replace(" end", "").replace(" pulley", "")
-                label, look = (name, {}) if one is s else (f"{k + 1} by {one.model}", {"dash": "dot"})
+                label, look = (SHORT_POINT_NAMES[k], {}) if one is s else (f"{k + 1} by {one.model}", {"dash": "dot"})
                 more = {"legendgroup": str(k), "showlegend": one is s}
-                data.append(widgets.line(one.curves.travel, y, label, widgets.POINT_COLOURS[k], look, **more))  # type: ignore[union-attr]
+                data.append(widgets.line(one.curves.travel, y, label, widgets.PLOT_COLOURS[k], look, **more))  # type: ignore[union-attr]
         places["curves"].update_figure(widgets.chart(data, "lateral position [mm]", 420))
         found = {f"late rate {k} [mm/m]": thousandths(rate) for k, rate in enumerate(s.rates, start=1)}
         if s.steady_rate is not None:

@@ -162,7 +162,7 @@ def effect_list(label: str, chosen: Iterable[str], to: Callable[[list[str]], Any
 # ---- figures, in colours that are read on light and on dark ground alike
 
 GREY, FAINT_LINE, CLEAR_GROUND = "#7d8a97", "rgba(125,138,151,0.28)", "rgba(0,0,0,0)"
-POINT_COLOURS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4
+PLOT_COLOURS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4
 AXIS = {"gridcolor": FAINT_LINE, "zerolinecolor": GREY, "linecolor": FAINT_LINE, "automargin": True}
 LAYOUT = {
     **{"paper_bgcolor": CLEAR_GROUND, "plot_bgcolor": CLEAR_GROUND, "hovermode": "x unified", "showlegend": True},

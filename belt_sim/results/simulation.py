@@ -15,8 +15,8 @@ from belt_sim.results import words
 from belt_sim.results.words import Display, Table, dataset
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2, round_digits
 
-POINTS = (1, 2, 3, 4)
-SPANS = ("upper", "lower")
+POINT_NUMBERS = (1, 2, 3, 4)
+SPAN_NAMES = ("upper", "lower")
 SUMMARY = "belt-summary/1"
 SETTING_DIGITS = 12  # significant digits of what somebody has set: fewer than a change of units leaves
 SETTLED, SETTLED_RATE = 0.05, 1e-6  # [1], [m/m]: rates that differ by less are one
@@ -116,7 +116,7 @@ class Simulation(Display):
 
     def lines(self) -> Sequence[str]:
         """Late rates, and a warning when an edge goes slack or the model is used beyond its validity."""
-        rates = "  ".join(f"{k}: {words.column(r, sign=True)}" for k, r in zip(POINTS, self.rates, strict=True))
+        rates = "  ".join(f"{k}: {words.column(r, sign=True)}" for k, r in zip(POINT_NUMBERS, self.rates, strict=True))
         said = [f"{self.title}: late rates in mm per m at points {rates}"]
         if not self.is_settled:
             known = self.steady_rate is not None
@@ -130,7 +130,7 @@ class Simulation(Display):
 
     def tables(self) -> Sequence[Table]:
         last = [None] * 4 if self.curves is None else np.asarray(self.curves.y)[:, -1]
-        both = zip(POINTS, self.rates, last, strict=True)
+        both = zip(POINT_NUMBERS, self.rates, last, strict=True)
         rows = [(str(k), words.column(rate, sign=True), words.column(y, sign=True)) for k, rate, y in both]
         return [Table("", ("point", "late rate [mm per m]", f"y at {self.travel:g} m [mm]"), rows)]
 
@@ -147,7 +147,7 @@ class Simulation(Display):
         wanted |= {"edge_stress": ("span", "Pa"), "tilt": ("span", "rad")}
         there = {n: w for n, w in wanted.items() if getattr(curves, n) is not None}
         variables = {n: ((dim, "travel"), np.asarray(getattr(curves, n))) for n, (dim, _) in there.items()}
-        coords = {"travel": np.asarray(curves.travel), "point": list(POINTS), "span": list(SPANS)}
+        coords = {"travel": np.asarray(curves.travel), "point": list(POINT_NUMBERS), "span": list(SPAN_NAMES)}
         return dataset(variables, coords, {"travel": "m"} | {n: unit for n, (_, unit) in there.items()})
 
     def _stored_curves(self) -> Curves:
@@ -171,14 +171,14 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> dict[str, Any]
     degrees = [round_digits(a, SETTING_DIGITS) for a in np.cumsum(schedule.change) / DEGREE]
     yaw: Any = [{"at": a, "over": o, "yaw": d} for a, o, d in zip(at.tolist(), over.tolist(), degrees, strict=True)]
     yaw = degrees[0] if len(at) == 1 and at[0] == over[0] == 0.0 else yaw
-    ends = dict(zip(SPANS, s.offsets or (None, None), strict=True))
+    ends = dict(zip(SPAN_NAMES, s.offsets or (None, None), strict=True))
     content: dict[str, Any] = {
         "schema": SUMMARY,
         "model": s.model,
         "tension_n_per_mm2": round_digits(float(s.case.settings.tension) / N_PER_MM2, SETTING_DIGITS),
         "yaw_deg": yaw,
         "travel_m": s.travel,
-        "rate_mm_per_m": {str(k): float(r) / MM_PER_M for k, r in zip(POINTS, s.rates, strict=True)},
+        "rate_mm_per_m": {str(k): float(r) / MM_PER_M for k, r in zip(POINT_NUMBERS, s.rates, strict=True)},
         "offset_mm": {k: None if e is None else e / MM for k, e in ends.items()},
     }
     content["settled"] = s.is_settled

@@ -17,7 +17,7 @@ from belt_sim.io import read_json
 from belt_sim.results import words
 from belt_sim.settings import case_from
 from belt_sim.show import style
-from belt_sim.show.style import BLUE, CYCLE, FAINT, INK, MEASURED, POINT_NAMES, POINTS
+from belt_sim.show.style import BLUE, CYCLE, FAINT, INK, MEASURED, POINT_COLOURS, POINT_NAMES
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves],
     if len(curves) == 1:
         fig, [[ax]] = style.figure(8.0, 4.6)
         (only,) = curves.values()
-        for k, colour in enumerate(POINTS):
+        for k, colour in enumerate(POINT_COLOURS):
             ax.plot(only.travel, np.asarray(only.y)[k] / MM, color=colour, label=POINT_NAMES[k])
         ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
         ax.margins(x=0.0)
@@ -97,8 +97,8 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
         for point in range(4):
             if stated := [s for s in campaign.steady if np.isfinite(s.rates[point])]:
                 y, u = [s.rates[point] / MM for s in stated], [s.u / MM for s in stated]
-                look: dict[str, Any] = {"fmt": "o", "color": POINTS[point], "capsize": 3, "label": f"point {point + 1}"}
-                ax.errorbar([tensions[s.run] for s in stated], y, u, **look)
+                look: dict[str, Any] = {"fmt": "o", "capsize": 3, "label": f"point {point + 1}"}
+                ax.errorbar([tensions[s.run] for s in stated], y, u, color=POINT_COLOURS[point], **look)
         ax.set(xlabel="tension [N/mm²]", ylabel="steady rate [mm/m]")
         ax.legend()
         return style.save(fig, path, campaign.title[:70])
@@ -110,7 +110,7 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
     for n, (ax, run) in enumerate(zip(axes, shown, strict=True)):
         for k, signal in enumerate(campaign.signals):
             readings = run.signals.get(signal.name)
-            colour = POINTS[int(signal.at[-1]) - 1] if signal.at.startswith("point") else CYCLE[4 + k % 3]
+            colour = POINT_COLOURS[int(signal.at[-1]) - 1] if signal.at.startswith("point") else CYCLE[4 + k % 3]
             values = np.full(len(run.travel), np.nan) if readings is None else readings / MM
             there = np.isfinite(values)
             look = {"linewidth": 1.3, "marker": "." if there.sum() < 30 else None, "color": colour}
@@ -216,7 +216,7 @@ def bode_picture(path: str | os.PathLike, space: Any, highest: float) -> Path:
     exact, rational = plant.response(k)[:, :, 0], space.response(k[at])[:, :, 0]
     w = k * plant.speed
     fig, [[gain], [phase]] = style.figure(8.0, 6.4, 2, 1, sharex=True)
-    for n, colour in enumerate(POINTS):
+    for n, colour in enumerate(POINT_COLOURS):
         gain.loglog(w, np.abs(exact[:, n]) * DEGREE / MM, _LINES[n], color=colour, label=POINT_NAMES[n])
         gain.loglog(w[at], np.abs(rational[:, n]) * DEGREE / MM, "o", color=colour, markersize=3)
         turned = np.degrees(np.unwrap(np.angle(exact[:, n])))

@@ -11,7 +11,7 @@ from belt_sim.results.check import WELL, Visible
 from belt_sim.results.diagnosis import Discovery
 from belt_sim.results.errors import Drift, FailureMap, Panel
 from belt_sim.show import style
-from belt_sim.show.style import AFTER, BEFORE, CYCLE, FAINT, INK, MEASURED
+from belt_sim.show.style import AFTER_COLOUR, BEFORE_COLOUR, CYCLE, FAINT, INK, MEASURED
 from belt_sim.units import shop_unit
 
 PANELS_ABREAST = 2
@@ -63,9 +63,9 @@ def overlay_picture(
         ax.fill_between(panel.travel, centre - panel.band, centre + panel.band, label="uncertainty (2u)", **band)
         shown = slice(None, None, max(1, len(panel.travel) // PANEL_DOTS))
         ax.plot(panel.travel[shown], panel.measured[shown], "o", label=names.get("measured", "measured"), **dots)
-        ax.plot(panel.travel, panel.base, color=BEFORE, linestyle=(0, (4, 2)), label=names["base"])
+        ax.plot(panel.travel, panel.base, color=BEFORE_COLOUR, linestyle=(0, (4, 2)), label=names["base"])
         if panel.final is not None:
-            ax.plot(panel.travel, panel.final, color=AFTER, label=names["final"])
+            ax.plot(panel.travel, panel.final, color=AFTER_COLOUR, label=names["final"])
         ax.set(title=panel.title, ylabel=f"{'tilt' if panel.unit == 'mrad' else 'position y'} [{panel.unit}]")
         ax.set_gid(f"panel-{k}")
         ax.margins(x=0.02)
@@ -76,9 +76,9 @@ def overlay_picture(
         # the residual below
         below = ax.inset_axes((0.0, -RESIDUAL - RESIDUAL_GAP, 1.0, RESIDUAL), sharex=ax)
         below.fill_between(panel.travel, -panel.band, panel.band, **band)
-        below.plot(panel.travel, panel.base - panel.measured, color=BEFORE, linewidth=1.2)
+        below.plot(panel.travel, panel.base - panel.measured, color=BEFORE_COLOUR, linewidth=1.2)
         if panel.final is not None:
-            below.plot(panel.travel, panel.final - panel.measured, color=AFTER, linewidth=1.2)
+            below.plot(panel.travel, panel.final - panel.measured, color=AFTER_COLOUR, linewidth=1.2)
         below.set_ylabel(f"error [{panel.unit}]", fontsize=style.FONT - 2)
         below.tick_params(labelsize=style.FONT - 2)
         below.locator_params(axis="y", nbins=3)
@@ -169,7 +169,7 @@ def drift_chart_picture(
             low, high = before.stated - 2 * before.u_stated, before.stated + 2 * before.u_stated
             ax.axhspan(low, high, color=FAINT, alpha=0.3, linewidth=0)
             ax.axhline(before.stated, color=INK, linewidth=1.0, label="data sheet")
-        pairs = [(before, BEFORE, "o", 0.985, names["base"]), (after, AFTER, "s", 1.015, names["final"])]
+        pairs = [(before, BEFORE_COLOUR, "o", 0.985, names["base"]), (after, AFTER_COLOUR, "s", 1.015, names["final"])]
         for drift, colour, marker, aside, label in pairs:
             if drift is not None:
                 at, ended = np.asarray(drift.tension) * aside, np.asarray(drift.u) == 0.0
@@ -207,7 +207,7 @@ def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: 
     share = np.array([v.share for v in visible])
     for some, alpha in ((share < WELL, 1.0), ((share >= WELL) & (share < 1.0), 0.45)):
         start = np.maximum(share[some], LEAST_SHARE)
-        ax.barh(rows[some], 1.0 - start, left=start, height=0.7, color=AFTER, alpha=alpha)
+        ax.barh(rows[some], 1.0 - start, left=start, height=0.7, color=AFTER_COLOUR, alpha=alpha)
     for row in np.flatnonzero(share >= 1.0):
         said = "hidden" if visible[row].smallest is None else "only beyond"
         ax.annotate(said, (1.05, rows[row]), va="center", color=INK)

@@ -24,7 +24,7 @@ from belt_sim.errors import BeltError
 from belt_sim.show import geometry
 from belt_sim.show.geometry import TRUE, ViewScale, full_colour_tilt, view_scale_of
 from belt_sim.show.observers import has_display
-from belt_sim.show.style import BLUE, CYCLE, FAINT, GREEN, INK, POINT_NAMES, POINTS, RED, rgb
+from belt_sim.show.style import BLUE, CYCLE, FAINT, GREEN, INK, POINT_COLOURS, RED, SHORT_POINT_NAMES, rgb
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 # Time series, in the units that people read.
@@ -38,7 +38,7 @@ LOADS = {"moment": "Entry moment [N m]", "tension": "Tension [N/mm2]", "slip": "
          "further": "Further"}  # fmt: skip
 #: SI name -> (plot, label, colour, SI units in one unit drawn)
 SERIES_LOOKS: dict[str, tuple[str, str, str, float]] = {
-    **{f"y{k + 1}": ("y", POINT_NAMES[k].replace(" end", "").replace(" pulley", ""), POINTS[k], MM) for k in range(4)},
+    **{f"y{k + 1}": ("y", SHORT_POINT_NAMES[k], POINT_COLOURS[k], MM) for k in range(4)},
     "tension": ("tension", "tension", GREEN, N_PER_MM2),
     "tilt_upper": ("tilt", "upper", BLUE, 1e-3),
     "tilt_lower": ("tilt", "lower", RED, 1e-3),
@@ -157,7 +157,7 @@ class Scene:
             for path, reach, colour, thick in (("turned/axis", out, INK, AXIS), ("aligned", 1.2 * out, FAINT, EDGE)):
                 line = [[[0.0, -reach, 0.0], [0.0, reach, 0.0]]]
                 self._log(f"{name}/{path}", rr.LineStrips3D(line, colors=[rgb(colour)], radii=[thick]))
-        colours = [rgb(c) for c in POINTS]
+        colours = [rgb(c) for c in POINT_COLOURS]
         self._log("belt/edges", rr.LineStrips3D.from_fields(colors=[rgb(INK)], radii=[EDGE]))
         dots = rr.Points3D.from_fields(colors=colours, radii=[DOT], labels=list("1234"), show_labels=True)
         self._log("points", dots)
@@ -462,7 +462,7 @@ def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, picture
         rr.send_columns(path, [index], cut, recording=recording)
 
     points = [k for k in range(4) if wanted[k]]
-    numbers, colours = [f"{k + 1}" for k in points], [POINTS[k] for k in points]
+    numbers, colours = [f"{k + 1}" for k in points], [POINT_COLOURS[k] for k in points]
 
     def log_curves(name: str, curves: Curves, every: int = 1) -> None:
         """Points 1-4 [mm], of which some were measured, and tilts [mrad]; every so many rows, and the last."""

@@ -34,17 +34,18 @@ RED = "#d55e00"
 PINK = "#cc79a7"
 
 #: Points 1-4, in this order: the two ends at the tail pulley, the two at the head pulley.
-POINTS = (BLUE, AMBER, GREEN, RED)
+POINT_COLOURS = (BLUE, AMBER, GREEN, RED)
 POINT_NAMES = (
     "1 upper end, tail pulley",
     "2 lower end, tail pulley",
     "3 lower end, head pulley",
     "4 upper end, head pulley",
 )
+SHORT_POINT_NAMES = tuple(name.replace(" end", "").replace(" pulley", "") for name in POINT_NAMES)
 
 MEASURED = INK
-BEFORE = RED
-AFTER = BLUE
+BEFORE_COLOUR = RED
+AFTER_COLOUR = BLUE
 
 #: For any further models or runs, in order of use.
 CYCLE = (BLUE, RED, GREEN, AMBER, PINK, SKY, "#5d4e9c", "#7a7a2e")

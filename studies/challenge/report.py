@@ -19,7 +19,7 @@ from belt_sim.io import ROOT, provenance, write_text
 from belt_sim.results.words import join_words
 from belt_sim.show import style
 from belt_sim.show.report import BLIND_TESTS
-from belt_sim.show.style import AFTER, FAINT
+from belt_sim.show.style import AFTER_COLOUR, FAINT
 from belt_sim.virtual_rig.hidden import LOOKALIKE_REMAINDER
 from studies.challenge.registry import OWN
 from studies.challenge.score import CRASH, STOPS, HeldBack, ScoredCase, score_case
@@ -627,7 +627,7 @@ def draw_reliability(path: Path, cases: Sequence[ScoredCase]) -> bool:
     fig, [[ax]] = style.figure(1.6 + 0.85 * len(bins), 4.6)
     ax.hlines([b.said for b in bins], at - 0.36, at + 0.36, color=FAINT, linewidth=2.4, label="probability said, mean")
     bars = np.maximum([found - low, high - found], 0.0)
-    ax.errorbar(at, found, yerr=bars, fmt="o", color=AFTER, capsize=3, label="share truly hidden, 95 % interval")
+    ax.errorbar(at, found, yerr=bars, fmt="o", color=AFTER_COLOUR, capsize=3, label="share truly hidden, 95 % interval")
     ax.set_xticks(at, [f"{b.name}\n{b.true.count} of {b.true.trials}" for b in bins], fontsize=8)
     ax.set(xlim=(-0.6, len(bins) - 0.4), ylim=(0, 1.04), xlabel="probability said; names that were true, of all")
     ax.set_ylabel("probability, share")

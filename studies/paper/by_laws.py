@@ -10,7 +10,7 @@ import numpy as np
 from belt_sim.model import analytic_model
 from belt_sim.show import style
 from belt_sim.show.geometry import tilt
-from belt_sim.show.style import BLUE, CYCLE, FAINT, INK, POINT_NAMES, POINTS, RED
+from belt_sim.show.style import BLUE, CYCLE, FAINT, INK, POINT_COLOURS, POINT_NAMES, RED
 from studies.closed_forms import steady_offsets
 from studies.paper import drawing
 from studies.paper.case import PAPER_BELT, ROPE_EXAMPLE, TEST_RIG, YAW
@@ -47,11 +47,11 @@ def moving_curve(in_space: bool) -> Plate:
 
     def draw() -> Any:
         fig, [[ax]] = style.figure(8.0, 4.6)
-        ax.plot(s, y1, color=POINTS[0], label="run-up point 1")
-        ax.plot(s, y4, color=POINTS[3], label="run-off point 4")
+        ax.plot(s, y1, color=POINT_COLOURS[0], label="run-up point 1")
+        ax.plot(s, y4, color=POINT_COLOURS[3], label="run-off point 4")
         zero_line(ax)
         (begin, end), (low, high) = read, np.interp(read, s, y4)
-        ax.plot([begin, end, end], [low, low, high], color=POINTS[3], linewidth=1.0)
+        ax.plot([begin, end, end], [low, low, high], color=POINT_COLOURS[3], linewidth=1.0)
         words = f"Δx\nsteady-state velocity\nΔy/Δx = {rate:.3f} mm/m"
         note(ax, words, (0.5 * (begin + end), low), (0, -4), ha="center", va="top")
         note(ax, "Δy", (end, 0.5 * (low + high)), (5, 0), va="center")
@@ -82,7 +82,7 @@ def rope_curves(in_space: bool) -> Plate:
 
     def draw() -> Any:
         fig, [[ax]] = style.figure(8.0, 4.6)
-        for k, colour in enumerate(POINTS):
+        for k, colour in enumerate(POINT_COLOURS):
             ax.plot(s, y[k], color=colour, label=f"point {POINT_NAMES[k]}")
         zero_line(ax)
         above: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top", "fontsize": style.FONT - 1}

@@ -12,7 +12,7 @@ from rerun.chunk import RrdReader
 from belt_sim.errors import BeltError
 from belt_sim.show.geometry import tilt, view_scale_of
 from belt_sim.show.rerun import PICTURES, Overlay, RecordingFile, RerunObserver, Scene, _free_port, record_runs, root_of
-from belt_sim.show.style import POINTS, rgb
+from belt_sim.show.style import POINT_COLOURS, rgb
 from belt_sim.units import MM
 from studies.paper.case import YAW
 
@@ -236,7 +236,7 @@ def test_points_have_their_four_colours_and_models_before_the_last_are_pale(tmp_
     overlay = Overlay(modelled={"a": curves(5.0), "b": curves(5.0)}, measured=curves(5.0), case=case())
     record_runs(tmp_path / "c.rrd", {"r01": overlay})
     colours = styled(tmp_path / "c.rrd")
-    points = [whole(c) for c in POINTS]
+    points = [whole(c) for c in POINT_COLOURS]
     assert colours["runs/r01/y/b"] == colours["runs/r01/y/measured"] == colours["runs/r01/residual/b"] == points
     pale = colours["runs/r01/y/a"]
     assert len({*pale, *points}) == 8
