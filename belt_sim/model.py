@@ -7,7 +7,7 @@ laws are shared.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, Protocol, get_args, runtime_checkable
 
 from belt_sim.case import Case
@@ -96,6 +96,8 @@ class AnalyticModel(Composition):
 
 _NO_SPAN = ALL_HOOKS - {"span"}
 _LIMP = ALL_HOOKS - {"span", "hold", "bend", "runup", "slide"}
+_STRIP = AnalyticModel(name="strip", title="hanging strip", span=span_law.strip, contains=frozenset({"sag_roll"}))
+_LIFTED: dict[str, Any] = {"contains": frozenset({"sag_roll", "lift_off"}), "built_in": (LiftOff(strength=1.0),)}
 
 MODELS: dict[str, AnalyticModel] = {
     m.name: m
@@ -104,14 +106,8 @@ MODELS: dict[str, AnalyticModel] = {
         AnalyticModel(name="beam_th1", title="beam, 1st order", span=span_law.beam_first_order, hooks=_NO_SPAN),
         AnalyticModel(name="beam_th2", title="beam, 2nd order", span=span_law.beam_second_order),
         AnalyticModel(name="ernst_beam", title="beam with Ernst's modulus", span=span_law.ernst_beam, hooks=_NO_SPAN),
-        AnalyticModel(name="strip", title="hanging strip", span=span_law.strip, contains=frozenset({"sag_roll"})),
-        AnalyticModel(
-            name="strip_lift_off",
-            title="hanging strip that lifts off",
-            span=span_law.strip,
-            contains=frozenset({"sag_roll", "lift_off"}),
-            built_in=(LiftOff(strength=1.0),),
-        ),
+        _STRIP,
+        replace(_STRIP, name="strip_lift_off", title="hanging strip that lifts off", **_LIFTED),
     )
 }
 #: what a diagnosis holds its own model against
@@ -126,17 +122,9 @@ def analytic_model(name: str) -> AnalyticModel:
 
 
 ModelName = Literal[
-    "rope",
-    "beam_th1",
-    "beam_th2",
-    "ritzinger",
-    "ernst_beam",
-    "strip",
-    "strip_lift_off",
-    "mujoco_rope",
-    "mujoco_grid",
-    "mujoco_flex",
-]
+    "rope", "beam_th1", "beam_th2", "ritzinger", "ernst_beam", "strip", "strip_lift_off",
+    "mujoco_rope", "mujoco_grid", "mujoco_flex",
+]  # fmt: skip
 MODEL_NAMES: tuple[str, ...] = get_args(ModelName)
 IN_SPACE = {"mujoco_rope": "rope", "mujoco_grid": "grid", "mujoco_flex": "flex"}
 ANALYTIC = tuple(name for name in MODEL_NAMES if name not in IN_SPACE)

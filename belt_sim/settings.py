@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.errors import BeltError, InputError, finite, flag
 from belt_sim.io import CONF, group_names
-from belt_sim.units import DEGREE, UNITS
+from belt_sim.units import DEGREE, UNITS, round_digits
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,8 @@ class Range:
         meant = "check the value and its unit"
         for other, factor in units.items() if self.dimension != "number" and value else ():
             if factor != one and self.holds(value * factor):
-                meant = f"did you mean {value:.12g} {other}, that is {value * factor / one:.12g} {unit}?"
+                shown = round_digits(value * factor / one, 6)
+                meant = f"did you mean {value:.12g} {other}, that is {shown:.12g} {unit}?"
                 break
         bounds = f"must be {low} {self.high:g} {self.unit}".rstrip()
         raise InputError(name, f"{value:.12g}", unit, f"{bounds}; {meant}")

@@ -11,17 +11,8 @@ MM = 1e-3
 MM_PER_M = 1e-3
 N_PER_MM2 = 1e6
 
-_LENGTH = {
-    "m": 1.0,
-    "mm": MM,
-    "um": 1e-6,
-    "cm": 1e-2,
-    "km": 1e3,
-    "in": 0.0254,
-    "ft": 0.3048,
-    "yd": 0.9144,
-    "mil": 2.54e-5,
-}
+_LENGTH = {"m": 1.0, "mm": MM, "um": 1e-6, "cm": 1e-2, "km": 1e3, "in": 0.0254, "ft": 0.3048, "yd": 0.9144}
+_LENGTH |= {"mil": 2.54e-5}
 _ANGLE = {"rad": 1.0, "mrad": 1e-3, "urad": 1e-6, "deg": DEGREE, "mdeg": 1e-3 * DEGREE, "mm/m": 1e-3, "um/m": 1e-6}
 _ANGLE |= {"arcmin": DEGREE / 60.0, "arcsec": DEGREE / 3600.0, "gon": 0.9 * DEGREE}
 _FORCE = {"N": 1.0, "kN": 1e3, "daN": 10.0, "kp": 9.80665, "lbf": POUND_FORCE}

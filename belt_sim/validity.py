@@ -107,21 +107,14 @@ def geometric(case: Case) -> tuple[Limit, ...]:
     nearly touch or are narrower than the belt, steel that yields over them, spans that are no parabolas, an edge that
     the yaw alone slackens."""
     rig, belt, tension = case.rig, case.belt, float(case.settings.tension)
-    radii = float(rig.head_radius), float(rig.tail_radius)
-    span = float(rig.span_length)
-    yaw = _largest_yaw(case)
+    span, filled = float(rig.span_length), float(rig.head_radius + rig.tail_radius) / float(rig.centre_distance)
     softened = float(belt.youngs_modulus) / (1.0 + float(sag_softening(case)))  # sag takes up what an edge lacks
-    stretch = softened * float(belt.width) * yaw / (2.0 * span)
+    stretch = softened * float(belt.width) * _largest_yaw(case) / (2.0 * span)
+    narrow, wide = NARROWEST * belt.thickness / belt.width, SHORTEST_SPAN * belt.width / span
     found = (
-        Limit(
-            "no_strip", NARROWEST * belt.thickness / belt.width, f"the belt is less than {NARROWEST:g} thicknesses wide"
-        ),
-        Limit(
-            "short_span",
-            SHORTEST_SPAN * belt.width / span,
-            "the spans are shorter than the belt is wide: it is a plate",
-        ),
-        Limit("large_pulleys", sum(radii) / (PULLEYS_FILL * float(rig.centre_distance)), "the pulleys nearly touch"),
+        Limit("no_strip", narrow, f"the belt is less than {NARROWEST:g} thicknesses wide"),
+        Limit("short_span", wide, "the spans are shorter than the belt is wide: it is a plate"),
+        Limit("large_pulleys", filled / PULLEYS_FILL, "the pulleys nearly touch"),
         *_deep_and_thick(case),
         Limit("edge_stretch", stretch / tension, "the yaw stretches one edge so far that the other goes slack"),
         Limit("off_pulley", belt.width / (rig.face_width or np.inf), "the belt is wider than the pulleys' faces"),

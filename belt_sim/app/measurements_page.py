@@ -282,7 +282,7 @@ def _job(session: Session) -> None:
     """The card of the latest work: how far it is, or what it found."""
     job = session.jobs[-1]
     with widgets.card(f"4. {job.title}"):
-        if job.running:
+        if job.state == "running":
             bar = ui.linear_progress(0.0, show_value=False, size="10px").props("rounded indeterminate")
             line = ui.label("").classes("soft").props("data-name=stage")
 

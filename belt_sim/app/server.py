@@ -111,7 +111,7 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
     @outer.get("/results/{number}/report")
     def report(number: int) -> Response:
         """The report of a result, by its number: no path comes from outside."""
-        done = [job.folder / REPORT for k, job in enumerate(session.jobs, 1) if k == number and not job.running]
+        done = [job.folder / REPORT for k, job in enumerate(session.jobs, 1) if k == number and job.state != "running"]
         if not done or not done[0].is_file():
             return PlainTextResponse("there is no such result", 404)
         return FileResponse(done[0], headers=FRESH)

@@ -233,10 +233,6 @@ class Job:
     ended: float | None = None
     process: Any = None
 
-    @property
-    def running(self) -> bool:
-        return self.state == "running"
-
     async def run(self) -> None:
         """Start the command and listen to it until it ends."""
         self.folder.mkdir(parents=True, exist_ok=True)
@@ -257,7 +253,7 @@ class Job:
         self.said = (await printed).decode(errors="replace").strip()
         status = await self.process.wait()
         write_text(self.folder / "log.txt", "\n".join([*lines, self.said, ""]))
-        if self.running:
+        if self.state == "running":
             self.state, self.ended = "failed" if status else "finished", time.monotonic()
             told = [line.removeprefix("belt-sim: ") for line in lines if line.startswith("belt-sim: ")]
             where = f"it broke down (status {status}); log.txt in the folder of this result says where"
@@ -297,7 +293,7 @@ class Session:
 
     @property
     def busy(self) -> bool:
-        return bool(self.jobs) and self.jobs[-1].running
+        return bool(self.jobs) and self.jobs[-1].state == "running"
 
     def notify(self, *messages: str, **changed: Any) -> None:
         """Let pages know, with lines to show, after what has ``changed`` here."""

@@ -175,11 +175,8 @@ class View:
         if s.steady_rate is not None:
             found["steady rate [mm/m]"] = thousandths(s.steady_rate)
         upper, lower = s.offsets or (None, None)
-        found |= {
-            "y1 − y4 [mm]": thousandths(upper),
-            "y3 − y2 [mm]": thousandths(lower),
-            "sag [mm]": thousandths(s.sag),
-        }
+        found |= {"y1 − y4 [mm]": thousandths(upper), "y3 − y2 [mm]": thousandths(lower)}
+        found["sag [mm]"] = thousandths(s.sag)
         slackest = s.slackest_edge
         found["slackest edge [N/mm²]"] = NO_NUMBER if slackest is None else decimal(slackest / N_PER_MM2, 1)
         places["facts"].clear()

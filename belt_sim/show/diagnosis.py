@@ -18,7 +18,6 @@ PANELS_ABREAST = 2
 PANEL_WIDTH, PANEL_HEIGHT = 5.4, 3.5  # [inch] of a panel with what stands about it
 #: [inch] around and between panels; a title stands above each
 AROUND = {"left": 0.8, "right": 0.15, "top": 0.75, "bottom": 1.75, "across": 0.85, "down": 1.65}
-TITLE_LINE = 0.2  # [inch] of a title that has one more
 RESIDUAL_GAP = 0.06  # between a panel and its residual, likewise
 RESIDUAL = 0.4  # height of a panel's residual (model - measured), in heights of the panel
 
@@ -85,8 +84,7 @@ def overlay_picture(
         below.set_xlabel("belt travel [m]")
     fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=len(entries))
 
-    top = AROUND["top"] + TITLE_LINE * (style.title(fig, title) - 1)
-    style.place(fig, rows, columns, **{**AROUND, "top": top})
+    style.place(fig, title, rows, columns, **AROUND)
     return style.save(fig, path)
 
 
@@ -139,10 +137,8 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
         ax.set(xlabel="belt travel [m]", ylabel="tension [N/mm²]", title=one.title)
         ax.grid(False)
     between = "\n" if rows * most < 6 else " "  # of a low bar
-    lines = style.title(fig, title)
-    top = 0.75 + TITLE_LINE * (lines - 1)
-    inches = {"left": 0.75, "right": 1.3, "top": top, "bottom": 0.6, "across": 0.85, "down": 0.95}
-    style.place(fig, rows, columns, **inches)
+    inches = {"left": 0.75, "right": 1.3, "top": 0.75, "bottom": 0.6, "across": 0.85, "down": 0.95}
+    style.place(fig, title, rows, columns, **inches)
     low, high, right = (axes[k].get_position() for k in (-1, 0, columns - 1))
     beside = fig.add_axes((right.x1 + 0.25 / size[0], low.y0, 0.18 / size[0], high.y1 - low.y0))
     bar = fig.colorbar(mesh, cax=beside, label=f"(model − measured){between}/ its uncertainty")
@@ -187,9 +183,7 @@ def drift_chart_picture(
         ax.set(xlabel="tension [N/mm²]", ylabel=f"{axis_label(before.parameter, before.unit)}, bars 2u")
     entries = dict(zip(*reversed(axes[0][0].get_legend_handles_labels()), strict=True))
     fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=2)
-    top = 0.5 + TITLE_LINE * (style.title(fig, title) - 1)
-    inches = {"left": 0.75, "right": 0.15, "top": top, "bottom": 1.2, "across": 0.85, "down": 0.0}
-    style.place(fig, 1, len(drifts), **inches)
+    style.place(fig, title, 1, len(drifts), left=0.75, right=0.15, top=0.5, bottom=1.2, across=0.85)
     return style.save(fig, path)
 
 
@@ -214,9 +208,8 @@ def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: 
     ax.axvline(1.0, color=FAINT, linewidth=1.2)
     ax.set(xscale="log", xlim=(LEAST_SHARE, MOST_SHARE), ylim=(-0.7, len(visible) - 0.3))
     ax.set_xlabel("size that shows, over the largest that a machine could have")
-    top = 0.5 + TITLE_LINE * (style.title(fig, f"What would show: {title}") - 1)
     left = 0.3 + 0.085 * max(len(v.effect) for v in visible)
-    style.place(fig, 1, 1, left=left, right=0.2, top=top, bottom=0.6, across=0.0, down=0.0)
+    style.place(fig, f"What would show: {title}", 1, 1, left=left, right=0.2, top=0.5, bottom=0.6)
     return style.save(fig, path)
 
 

@@ -135,23 +135,21 @@ def panels(width: float, height: float, rows: int, columns: int, count: int, **g
     return fig, flat[:count]
 
 
-def place(fig: "Figure", rows: int, columns: int, **inches: float) -> None:
-    """Place axes that are all alike by distances [inch], which takes half the time of a layout that looks at every
-    tick: left, right, top and bottom of all, across and down between them."""
-    width, height = fig.get_size_inches()
-    wide = (width - inches["left"] - inches["right"] - (columns - 1) * inches["across"]) / columns
-    high = (height - inches["top"] - inches["bottom"] - (rows - 1) * inches["down"]) / rows
-    fig.subplots_adjust(
-        left=inches["left"] / width,
-        right=1.0 - inches["right"] / width,
-        bottom=inches["bottom"] / height,
-        top=1.0 - inches["top"] / height,
-        wspace=inches["across"] / wide,
-        hspace=inches["down"] / high,
-    )
+LETTER, TITLE_LINE = 0.108, 0.2  # [inch], mean width of a letter of a title, and of one more line of it
 
 
-LETTER = 0.108  # [inch], mean width of a letter of a title
+def place(
+    fig: "Figure", headline: str, rows: int, columns: int, *,
+    left: float, right: float, top: float, bottom: float, across: float = 0.0, down: float = 0.0,
+) -> None:  # fmt: skip
+    """Write the headline, and place axes that are all alike by distances [inch], which takes half the time of a layout
+    that looks at every tick: left, right, top (below one line of headline) and bottom of all, across and down between
+    them."""
+    (width, height), top = fig.get_size_inches(), top + TITLE_LINE * (title(fig, headline) - 1)
+    wide = (width - left - right - (columns - 1) * across) / columns
+    high = (height - top - bottom - (rows - 1) * down) / rows
+    share = {"left": left / width, "right": 1.0 - right / width, "bottom": bottom / height, "top": 1.0 - top / height}
+    fig.subplots_adjust(**share, wspace=across / wide, hspace=down / high)
 
 
 def title(fig: "Figure", text: str) -> int:
