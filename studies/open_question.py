@@ -331,7 +331,7 @@ def draw(path: Path) -> Path:
             read = np.array([straightest(strip(0.0), window, r) for r in lengths])
             ax.plot(lengths, read[:, row] / read[:, 3], color=colour, label=f"straightest {window:g} m")
         ax.axhline(A_LOT, color=style.INK, lw=1.0, ls=":")
-        ax.axhline(strip(0.0).rate[row] / strip(0.0).rate[3], color=style.FAINT, lw=1.5)
+        ax.axhline(strip(0.0).rate[row] / strip(0.0).rate[3], color=style.FAINT_INK, lw=1.5)
         ax.set(title=f"Hanging strip, rate at {tension:g} over that at 40 N/mm2", xlabel="length of the record [m]")
     axes[0].set(ylabel="ratio of rates (dotted: M3, grey: steady)", ylim=(0.0, 4.5))
     axes[1].legend(loc="upper right")

@@ -10,7 +10,7 @@ import numpy as np
 from nicegui import ui
 
 from belt_sim.effects.base import library, title_of
-from belt_sim.results.files import DIGITS, round_numbers
+from belt_sim.results.files import DRAWING_DIGITS, round_numbers
 from belt_sim.results.words import in_print
 from belt_sim.units import round_digits
 
@@ -163,7 +163,7 @@ def effect_list(label: str, chosen: Iterable[str], to: Callable[[list[str]], Any
 
 GREY, FAINT_LINE, CLEAR_GROUND = "#7d8a97", "rgba(125,138,151,0.28)", "rgba(0,0,0,0)"
 PLOT_COLOURS = ("#1f86cc", "#d98e00", "#0f9d76", "#e0632a")  # points 1-4
-AXIS = {"gridcolor": FAINT_LINE, "zerolinecolor": GREY, "linecolor": FAINT_LINE, "automargin": True}
+AXIS_LOOK = {"gridcolor": FAINT_LINE, "zerolinecolor": GREY, "linecolor": FAINT_LINE, "automargin": True}
 LAYOUT = {
     **{"paper_bgcolor": CLEAR_GROUND, "plot_bgcolor": CLEAR_GROUND, "hovermode": "x unified", "showlegend": True},
     "font": {"family": "system-ui, 'Segoe UI', 'DejaVu Sans', sans-serif", "size": 13, "color": GREY},
@@ -175,13 +175,13 @@ LAYOUT = {
 
 def chart(data: list[dict[str, Any]], y: str, height: int) -> dict[str, Any]:
     """A figure against belt travel, with labelled axes and its legend above."""
-    axes = {"xaxis": AXIS | {"title": {"text": "belt travel [m]"}}, "yaxis": AXIS | {"title": {"text": y}}}
+    axes = {"xaxis": AXIS_LOOK | {"title": {"text": "belt travel [m]"}}, "yaxis": AXIS_LOOK | {"title": {"text": y}}}
     config = {"displaylogo": False, "displayModeBar": False, "responsive": True}
     return {"data": data, "layout": {**LAYOUT, **axes, "height": height}, "config": config}
 
 
 def line(x: Any, y: Any, name: str, colour: str, look: Mapping[str, Any] | None = None, **more: Any) -> dict[str, Any]:
     """A curve, null where it is not finite; look: of its line; ``more`` as plotly takes it."""
-    x, y = (round_numbers(np.asarray(values, float).tolist(), DIGITS) for values in (x, y))
+    x, y = (round_numbers(np.asarray(values, float).tolist(), DRAWING_DIGITS) for values in (x, y))
     drawn = {"color": colour, "width": 2, "simplify": False, **(look or {})}
     return {"type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": drawn, **more}

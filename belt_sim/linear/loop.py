@@ -107,7 +107,7 @@ class ClosedLoop:
                 axes[0].plot(self.travel, self.y[k] / MM, color=colour, lw=1.4, label=f"point {k + 1}")
             axes[0].set(title="Lateral position", xlabel="belt travel [m]", ylabel="y [mm]")
             axes[0].legend()
-            axes[1].plot(self.travel, self.command / DEGREE, color=style.FAINT, lw=1.2, label="asked for")
+            axes[1].plot(self.travel, self.command / DEGREE, color=style.FAINT_INK, lw=1.2, label="asked for")
             axes[1].plot(self.travel, self.yaw / DEGREE, color=style.INK, lw=1.4, label="of the pulley")
             axes[1].set(title="Yaw of the tail pulley", xlabel="belt travel [m]", ylabel="yaw [deg]")
             axes[1].legend()

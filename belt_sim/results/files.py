@@ -25,7 +25,7 @@ from belt_sim.units import round_digits
 DIAGNOSIS, COMPARISON = "belt-diagnosis/1", "belt-comparison/1"
 RUNS = "belt-run-errors/2"  # version 1 called every unit mm
 DRAWINGS, DISCOVERY, CHECK = "belt-drawings/1", "belt-discovery/2", "belt-check/1"
-DIGITS, DISCOVERY_DIGITS = 6, 8  # significant digits of a drawing, of a discovery
+DRAWING_DIGITS, DISCOVERY_DIGITS = 6, 8  # significant digits of a drawing, of a discovery
 Json = dict[str, Any]
 
 
@@ -114,7 +114,7 @@ def file_json(result: Check | Comparison | Drawings | Diagnosis | Discovery) -> 
         found = {} if result.discovery is None else {"discovery": file_json(result.discovery)}
         return head | {"runs_schema": RUNS} | content | found
     if isinstance(result, Drawings):
-        return head | round_numbers(content, DIGITS)
+        return head | round_numbers(content, DRAWING_DIGITS)
     return head | content | ({"runs_schema": RUNS} if "per_run" in content else {})
 
 

@@ -16,10 +16,10 @@ from belt_sim.results.words import Display, Table, dataset
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2, round_digits
 
 POINT_NUMBERS = (1, 2, 3, 4)
-SPAN_NAMES = ("upper", "lower")
+BOTH_SPANS = ("upper", "lower")
 SUMMARY = "belt-summary/1"
 SETTING_DIGITS = 12  # significant digits of what somebody has set: fewer than a change of units leaves
-SETTLED, SETTLED_RATE = 0.05, 1e-6  # [1], [m/m]: rates that differ by less are one
+SETTLED_SHARE, SETTLED_RATE = 0.05, 1e-6  # [1], [m/m]: rates that differ by less are one
 SHARE_BEFORE = LATE_SHARE / (1.0 - LATE_SHARE)  # of the records before the late ones, as long as those
 
 
@@ -29,9 +29,9 @@ def settled_before(travel: np.ndarray) -> int:
 
 
 def agree(rates: Any) -> Any:
-    """Whether rates (n,) [m/m], of all points now and before, are one within SETTLED; numpy's or JAX's."""
+    """Whether rates (n,) [m/m], of all points now and before, are one within SETTLED_SHARE; numpy's or JAX's."""
     apart = rates.max() - rates.min()
-    return (apart <= SETTLED * abs(rates.mean())) | (apart <= SETTLED_RATE)
+    return (apart <= SETTLED_SHARE * abs(rates.mean())) | (apart <= SETTLED_RATE)
 
 
 @dataclass(frozen=True, kw_only=True, repr=False)
@@ -147,7 +147,7 @@ class Simulation(Display):
         wanted |= {"edge_stress": ("span", "Pa"), "tilt": ("span", "rad")}
         there = {n: w for n, w in wanted.items() if getattr(curves, n) is not None}
         variables = {n: ((dim, "travel"), np.asarray(getattr(curves, n))) for n, (dim, _) in there.items()}
-        coords = {"travel": np.asarray(curves.travel), "point": list(POINT_NUMBERS), "span": list(SPAN_NAMES)}
+        coords = {"travel": np.asarray(curves.travel), "point": list(POINT_NUMBERS), "span": list(BOTH_SPANS)}
         return dataset(variables, coords, {"travel": "m"} | {n: unit for n, (_, unit) in there.items()})
 
     def _stored_curves(self) -> Curves:
@@ -171,7 +171,7 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> dict[str, Any]
     degrees = [round_digits(a, SETTING_DIGITS) for a in np.cumsum(schedule.change) / DEGREE]
     yaw: Any = [{"at": a, "over": o, "yaw": d} for a, o, d in zip(at.tolist(), over.tolist(), degrees, strict=True)]
     yaw = degrees[0] if len(at) == 1 and at[0] == over[0] == 0.0 else yaw
-    ends = dict(zip(SPAN_NAMES, s.offsets or (None, None), strict=True))
+    ends = dict(zip(BOTH_SPANS, s.offsets or (None, None), strict=True))
     content: dict[str, Any] = {
         "schema": SUMMARY,
         "model": s.model,

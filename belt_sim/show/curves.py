@@ -17,7 +17,7 @@ from belt_sim.io import read_json
 from belt_sim.results import words
 from belt_sim.settings import case_from
 from belt_sim.show import style
-from belt_sim.show.style import BLUE, CYCLE, FAINT, INK, MEASURED, POINT_COLOURS, POINT_NAMES
+from belt_sim.show.style import BLUE, CYCLE, FAINT_INK, INK, MEASURED, POINT_COLOURS, POINT_NAMES
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
             there = np.isfinite(values)
             look = {"linewidth": 1.3, "marker": "." if there.sum() < 30 else None, "color": colour}
             ax.plot(run.travel[there], values[there], label=f"{signal.name} at {signal.at.replace('_', ' ')}", **look)
-        ax.axvline(run.yaw_at, color=FAINT, linestyle="--", linewidth=1.0)
+        ax.axvline(run.yaw_at, color=FAINT_INK, linestyle="--", linewidth=1.0)
         repeat = f", repeats {run.repeat_of}" if run.repeat_of else ""
         turned = ", reversed" if run.direction < 0 else ""
         settings = f"{run.tension / N_PER_MM2:.3g} N/mm², {run.yaw / DEGREE:+.3g} deg{turned}{repeat}"

@@ -11,7 +11,7 @@ from belt_sim.results.check import WELL, Visible
 from belt_sim.results.diagnosis import Discovery
 from belt_sim.results.errors import Drift, FailureMap, Panel
 from belt_sim.show import style
-from belt_sim.show.style import AFTER_COLOUR, BEFORE_COLOUR, CYCLE, FAINT, INK, MEASURED
+from belt_sim.show.style import AFTER_COLOUR, BEFORE_COLOUR, CYCLE, FAINT_INK, INK, MEASURED
 from belt_sim.units import shop_unit
 
 PANELS_ABREAST = 2
@@ -55,7 +55,7 @@ def overlay_picture(
     size = max(PANEL_WIDTH * columns, 6.5), PANEL_HEIGHT * rows + 1.0
     fig, axes = style.panels(*size, rows, columns, len(panels), layout=None, sharex=True)
     entries = {}
-    band: dict[str, Any] = {"color": FAINT, "alpha": 0.35, "linewidth": 0}
+    band: dict[str, Any] = {"color": FAINT_INK, "alpha": 0.35, "linewidth": 0}
     dots: dict[str, Any] = {"markersize": 3.2, "markeredgewidth": 0.0, "color": MEASURED, "alpha": 0.55}
     for k, (ax, panel) in enumerate(zip(axes, panels, strict=True)):
         centre = panel.base if panel.final is None else panel.final
@@ -163,7 +163,7 @@ def drift_chart_picture(
     for ax, (before, after) in zip(axes[0], drifts, strict=True):
         if before.stated is not None:
             low, high = before.stated - 2 * before.u_stated, before.stated + 2 * before.u_stated
-            ax.axhspan(low, high, color=FAINT, alpha=0.3, linewidth=0)
+            ax.axhspan(low, high, color=FAINT_INK, alpha=0.3, linewidth=0)
             ax.axhline(before.stated, color=INK, linewidth=1.0, label="data sheet")
         pairs = [(before, BEFORE_COLOUR, "o", 0.985, names["base"]), (after, AFTER_COLOUR, "s", 1.015, names["final"])]
         for drift, colour, marker, aside, label in pairs:
@@ -188,7 +188,7 @@ def drift_chart_picture(
 
 
 #: Shares of the largest plausible size between which bars are drawn.
-LEAST_SHARE, MOST_SHARE = 1e-4, 10.0
+LEAST_DRAWN, MOST_DRAWN = 1e-4, 10.0
 
 
 @style.picture
@@ -200,13 +200,13 @@ def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: 
     ax.grid(False, axis="y")
     share = np.array([v.share for v in visible])
     for some, alpha in ((share < WELL, 1.0), ((share >= WELL) & (share < 1.0), 0.45)):
-        start = np.maximum(share[some], LEAST_SHARE)
+        start = np.maximum(share[some], LEAST_DRAWN)
         ax.barh(rows[some], 1.0 - start, left=start, height=0.7, color=AFTER_COLOUR, alpha=alpha)
     for row in np.flatnonzero(share >= 1.0):
         said = "hidden" if visible[row].smallest is None else "only beyond"
         ax.annotate(said, (1.05, rows[row]), va="center", color=INK)
-    ax.axvline(1.0, color=FAINT, linewidth=1.2)
-    ax.set(xscale="log", xlim=(LEAST_SHARE, MOST_SHARE), ylim=(-0.7, len(visible) - 0.3))
+    ax.axvline(1.0, color=FAINT_INK, linewidth=1.2)
+    ax.set(xscale="log", xlim=(LEAST_DRAWN, MOST_DRAWN), ylim=(-0.7, len(visible) - 0.3))
     ax.set_xlabel("size that shows, over the largest that a machine could have")
     left = 0.3 + 0.085 * max(len(v.effect) for v in visible)
     style.place(fig, f"What would show: {title}", 1, 1, left=left, right=0.2, top=0.5, bottom=0.6)

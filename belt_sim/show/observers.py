@@ -49,7 +49,7 @@ def has_display() -> bool:
 
 
 PREPARING, FITTING = "preparing the runs", "fitting sets of effects"
-BEYOND, LAW = "searching beyond the catalogue", "searching for a law of the rest"
+BEYOND_CATALOGUE, LAW_OF_REST = "searching beyond the catalogue", "searching for a law of the rest"
 #: stages of a diagnosis in their order -> measured shares of its time in percent
 STAGES = {
     "": 9.0,
@@ -57,12 +57,16 @@ STAGES = {
     PREPARING: 27.0,
     "estimating false alarms": 0.3,
     FITTING: 12.0,
-    BEYOND: 34.0,
-    LAW: 14.0,
+    BEYOND_CATALOGUE: 34.0,
+    LAW_OF_REST: 14.0,
     "drawing": 4.0,
     "choosing the best further run": 2.0,
 }
-SOMETIMES = {"checking the machine data", LAW, list(STAGES)[-1]}  # not always there: not to come until they begin
+SOMETIMES = {
+    "checking the machine data",
+    LAW_OF_REST,
+    list(STAGES)[-1],
+}  # not always there: not to come until they begin
 #: a law takes half as long again as all before it: within 30 % in 35 of 44 blind campaigns where one was sought
 LAW_SHARE = 1.0 / 1.5
 LOADING = 3.6  # [s] at most that the first stage counts for in a forecast: effects of one's own may be slow to load
@@ -97,7 +101,7 @@ def _begin(
         elapsed, in_all, more = time.monotonic() - began, 0.0, ""
         if not timed and 0.0 < done < total:  # seconds in all, and what may make them more
             in_all = elapsed / done
-            more = ", longer if a law is sought" if note in list(STAGES)[: list(STAGES).index(LAW)] else ""
+            more = ", longer if a law is sought" if note in list(STAGES)[: list(STAGES).index(LAW_OF_REST)] else ""
         about = f" of about {in_all:.0f} s{more}" if in_all else ""
         if bar is not None:
             bar.update(task, completed=done, note=f"{note}{about.replace(' of', ',')}")
@@ -174,12 +178,12 @@ def in_stages(done: Callable[..., None]) -> Callable[[int, str], None]:
         to_come = STAGES[stage] + sum(STAGES[n] for n in names[names.index(stage) + 1 :] if n not in SOMETIMES)
         working = elapsed - max(spent.get("", 0.0) - LOADING, 0.0)
         rest = working * to_come / over
-        if stage == BEYOND:
+        if stage == BEYOND_CATALOGUE:
             rest = 0.8 * spent.get(PREPARING, 0.0) + spent.get(FITTING, 0.0)
-        elif stage == LAW:
+        elif stage == LAW_OF_REST:
             rest = working * (1.0 / LAW_SHARE - 1.0)
         share = elapsed / (elapsed + rest) if elapsed > 0.0 else 0.0
-        share = share if stage == LAW else max(share, told)
+        share = share if stage == LAW_OF_REST else max(share, told)
         done(share - told, stage)
         told = share
 

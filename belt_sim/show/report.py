@@ -35,7 +35,7 @@ from belt_sim.results.errors import Errors, OwnChange
 from belt_sim.results.estimates import Estimate, MachineSizes, number_texts
 from belt_sim.results.files import DIAGNOSIS
 from belt_sim.show.diagnosis import shown_panels
-from belt_sim.show.style import AMBER, BLUE, CYCLE, FAINT, GREEN, GRID, INK, PAPER, PINK, RED
+from belt_sim.show.style import AMBER, BLUE, CYCLE, FAINT_INK, GREEN, GRID, INK, PAPER, PINK, RED
 from belt_sim.units import DEGREE
 
 HERE = Path(__file__).parent
@@ -158,7 +158,7 @@ def sketch_numbers(cards: Sequence[tuple[str, Mapping[str, Any]]]) -> dict[str, 
 
 
 #: colours of pictures -> of the page, light or dark
-PAGE_COLOURS = {INK: "--ink", FAINT: "--faint", GRID: "--line", RED: "--before", BLUE: "--after", GREEN: "--c3"}
+PAGE_COLOURS = {INK: "--ink", FAINT_INK: "--faint", GRID: "--line", RED: "--before", BLUE: "--after", GREEN: "--c3"}
 PAGE_COLOURS |= {AMBER: "--c2", PINK: "--c5", CYCLE[6]: "--c6", PAPER: "--paper"}
 
 

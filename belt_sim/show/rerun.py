@@ -24,7 +24,7 @@ from belt_sim.errors import BeltError
 from belt_sim.show import geometry
 from belt_sim.show.geometry import TRUE, ViewScale, full_colour_tilt, view_scale_of
 from belt_sim.show.observers import has_display
-from belt_sim.show.style import BLUE, CYCLE, FAINT, GREEN, INK, POINT_COLOURS, RED, SHORT_POINT_NAMES, rgb
+from belt_sim.show.style import BLUE, CYCLE, FAINT_INK, GREEN, INK, POINT_COLOURS, RED, SHORT_POINT_NAMES, rgb
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 # Time series, in the units that people read.
@@ -113,7 +113,7 @@ FACE_TRUE, FACE_DRAWN = 1.6, 3.2
 STUB = 0.2
 PULLEY = (150, 160, 172)
 #: Width of lines and size of dots on the screen [px]: negative radii are that to Rerun.
-EDGE, AXIS, REACH, DOT = -0.7, -1.5, -2.0, -5.0
+EDGE_WIDTH, AXIS_WIDTH, REACH_WIDTH, DOT_SIZE = -0.7, -1.5, -2.0, -5.0
 #: An arrow's length in lengths of the machine, and colours in the bar that explains them.
 ARROW_LENGTH, SHADES = 0.12, 21
 #: Marks stand so many pulley radii above the belt, which would hide them.
@@ -151,17 +151,17 @@ class Scene:
         self._log("", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
         out = (0.5 + STUB) * self.face
         for name, radius in (("head", case.rig.head_radius), ("tail", case.rig.tail_radius)):
-            self._log(
-                f"{name}/turned/pulley", drum(self.face, 0.985 * (float(radius) - 0.5 * float(case.belt.thickness)))
-            )
-            for path, reach, colour, thick in (("turned/axis", out, INK, AXIS), ("aligned", 1.2 * out, FAINT, EDGE)):
+            under = 0.985 * (float(radius) - 0.5 * float(case.belt.thickness))
+            self._log(f"{name}/turned/pulley", drum(self.face, under))
+            lines = {"turned/axis": (out, INK, AXIS_WIDTH), "aligned": (1.2 * out, FAINT_INK, EDGE_WIDTH)}
+            for path, (reach, colour, thick) in lines.items():
                 line = [[[0.0, -reach, 0.0], [0.0, reach, 0.0]]]
                 self._log(f"{name}/{path}", rr.LineStrips3D(line, colors=[rgb(colour)], radii=[thick]))
         colours = [rgb(c) for c in POINT_COLOURS]
-        self._log("belt/edges", rr.LineStrips3D.from_fields(colors=[rgb(INK)], radii=[EDGE]))
-        dots = rr.Points3D.from_fields(colors=colours, radii=[DOT], labels=list("1234"), show_labels=True)
+        self._log("belt/edges", rr.LineStrips3D.from_fields(colors=[rgb(INK)], radii=[EDGE_WIDTH]))
+        dots = rr.Points3D.from_fields(colors=colours, radii=[DOT_SIZE], labels=list("1234"), show_labels=True)
         self._log("points", dots)
-        self._log("reach", rr.LineStrips3D.from_fields(colors=colours, radii=[REACH]))
+        self._log("reach", rr.LineStrips3D.from_fields(colors=colours, radii=[REACH_WIDTH]))
 
         # signs: which way the belt travels and y counts, which pulley is which, and what the colours of the ribbon mean
         radius, face = float(case.rig.tail_radius), self.face
@@ -170,7 +170,7 @@ class Scene:
         arrows = rr.Arrows3D(
             origins=[[0.6 * length - 0.5 * ahead, 0.0, above], [length, -0.5 * face, above]],
             vectors=[[ahead, 0.0, 0.0], [0.0, face, 0.0]],
-            labels=["travel", "+y"], colors=[rgb(INK)], radii=[AXIS], show_labels=True,
+            labels=["travel", "+y"], colors=[rgb(INK)], radii=[AXIS_WIDTH], show_labels=True,
         )  # fmt: skip
         share = np.linspace(-1.0, 1.0, SHADES)
         places = np.column_stack([length * (0.5 + 0.2 * share), np.full(SHADES, -0.8 * face), np.full(SHADES, -above)])

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 INK = "#1f2933"
-FAINT = "#9aa5b1"
+FAINT_INK = "#9aa5b1"
 PAPER = "#ffffff"
 GRID = "#e4e7eb"
 BLUE = "#0072b2"
@@ -70,7 +70,7 @@ LOOK: Any = {
     "axes.titlelocation": "left",
     "axes.titley": 1.0,  # no ticks stand above, to be looked for three times a picture
     "axes.labelcolor": INK,
-    "axes.edgecolor": FAINT,
+    "axes.edgecolor": FAINT_INK,
     "axes.linewidth": 0.8,
     "axes.spines.top": False,
     "axes.spines.right": False,

@@ -19,7 +19,7 @@ from belt_sim.io import ROOT, provenance, write_text
 from belt_sim.results.words import join_words
 from belt_sim.show import style
 from belt_sim.show.report import BLIND_TESTS
-from belt_sim.show.style import AFTER_COLOUR, FAINT
+from belt_sim.show.style import AFTER_COLOUR, FAINT_INK
 from belt_sim.virtual_rig.hidden import LOOKALIKE_REMAINDER
 from studies.challenge.registry import OWN
 from studies.challenge.score import CRASH, STOPS, HeldBack, ScoredCase, score_case
@@ -625,7 +625,8 @@ def draw_reliability(path: Path, cases: Sequence[ScoredCase]) -> bool:
     at, found = np.arange(len(bins)), np.array([b.true.value for b in bins])
     low, high = np.array([b.true.interval for b in bins]).T
     fig, [[ax]] = style.figure(1.6 + 0.85 * len(bins), 4.6)
-    ax.hlines([b.said for b in bins], at - 0.36, at + 0.36, color=FAINT, linewidth=2.4, label="probability said, mean")
+    look = {"color": FAINT_INK, "linewidth": 2.4, "label": "probability said, mean"}
+    ax.hlines([b.said for b in bins], at - 0.36, at + 0.36, **look)
     bars = np.maximum([found - low, high - found], 0.0)
     ax.errorbar(at, found, yerr=bars, fmt="o", color=AFTER_COLOUR, capsize=3, label="share truly hidden, 95 % interval")
     ax.set_xticks(at, [f"{b.name}\n{b.true.count} of {b.true.trials}" for b in bins], fontsize=8)

@@ -10,7 +10,7 @@ import numpy as np
 from belt_sim.model import analytic_model
 from belt_sim.show import style
 from belt_sim.show.geometry import tilt
-from belt_sim.show.style import BLUE, CYCLE, FAINT, INK, POINT_COLOURS, POINT_NAMES, RED
+from belt_sim.show.style import BLUE, CYCLE, FAINT_INK, INK, POINT_COLOURS, POINT_NAMES, RED
 from studies.closed_forms import steady_offsets
 from studies.paper import drawing
 from studies.paper.case import PAPER_BELT, ROPE_EXAMPLE, TEST_RIG, YAW
@@ -87,7 +87,7 @@ def rope_curves(in_space: bool) -> Plate:
         zero_line(ax)
         above: dict[str, Any] = {"xycoords": ("data", "axes fraction"), "va": "top", "fontsize": style.FONT - 1}
         for turns, name in ((0.5, "½"), (1.0, "1"), (1.5, "1½"), (2.0, "2")):
-            ax.axvline(turns * TURN, color=FAINT, linewidth=0.8, linestyle=(0, (3, 3)), zorder=1)
+            ax.axvline(turns * TURN, color=FAINT_INK, linewidth=0.8, linestyle=(0, (3, 3)), zorder=1)
             note(ax, name, (turns * TURN, 1.0), (3, -3), **above)
         note(ax, "revolutions of the pulleys", (2.0 * TURN, 1.0), (16, -3), **above)
         ax.set(xlabel=drawing.TRAVEL_LABEL, ylabel=drawing.Y_LABEL, xlim=(0.0, travel))
@@ -118,7 +118,7 @@ def bounds(in_space: bool) -> Plate:
     def draw() -> Any:
         fig, [[ax]] = style.figure(8.0, 5.0)
         s = numbers["travel_m"]
-        ax.fill_between(s, numbers["beam_th1_y1_mm"], numbers["rope_y1_mm"], color=FAINT, alpha=0.18, linewidth=0)
+        ax.fill_between(s, numbers["beam_th1_y1_mm"], numbers["rope_y1_mm"], color=FAINT_INK, alpha=0.18, linewidth=0)
         named: dict[str, Any] = {"color": RED, "annotation_clip": False}
         for k, tension in enumerate(BOUNDED):
             y, shade = numbers[f"beam_th2_{tension:g}_N_per_mm2_y1_mm"], 0.35 + 0.65 * k / (len(BOUNDED) - 1)

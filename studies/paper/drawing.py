@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.case import Rig
 from belt_sim.show import style
 from belt_sim.show.geometry import tilt
-from belt_sim.show.style import FAINT, INK
+from belt_sim.show.style import FAINT_INK, INK
 from studies.paper.case import PAPER_BELT, TEST_RIG, YAW
 from studies.paper.stored_runs import Shape
 
@@ -83,8 +83,8 @@ class Oblique:
                 ring = x + s * lean + radius * np.sin(ROUND), np.full(len(ROUND), s * reach), radius * np.cos(ROUND)
                 rings.append(self.flat(np.stack(ring, axis=1)))
             both = np.concatenate(rings)
-            ax.fill(*both[ConvexHull(both).vertices].T, facecolor=FAINT, alpha=0.22, linewidth=0, zorder=1)
-            ax.plot(*rings[1].T, color=FAINT, linewidth=0.9, zorder=1)
+            ax.fill(*both[ConvexHull(both).vertices].T, facecolor=FAINT_INK, alpha=0.22, linewidth=0, zorder=1)
+            ax.plot(*rings[1].T, color=FAINT_INK, linewidth=0.9, zorder=1)
 
     def tilted_belt(self, fig: Any, ax: Any, shape: Shape) -> None:
         """The machine with its ribbon, lower parts first, coloured by the tilt of its cross-sections."""

@@ -17,7 +17,7 @@ from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.line.influence import span_fields
 from belt_sim.line.spans import RitzingerFormula
 from belt_sim.model import AnalyticModel, analytic_model
-from belt_sim.show.style import AMBER, BLUE, FAINT, GREEN, INK, PINK, RED, SKY
+from belt_sim.show.style import AMBER, BLUE, FAINT_INK, GREEN, INK, PINK, RED, SKY
 from belt_sim.units import MM, MM_PER_M, N_PER_MM2
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG, paper_case
 
@@ -41,7 +41,7 @@ class Look:
 
 
 LOOKS = {
-    "rope": Look("rope", FAINT),
+    "rope": Look("rope", FAINT_INK),
     "beam_th1": Look("beam, 1st order", GREEN),
     "beam_th2": Look("beam, 2nd order", RED),
     "ritzinger": Look("Ritzinger (a rate alone)", PINK, (4.0, 1.5, 1.0, 1.5)),

@@ -11,9 +11,9 @@ from rich.console import Console
 
 from belt_sim.show.observers import (
     AS_JSON,
-    BEYOND,
+    BEYOND_CATALOGUE,
     FITTING,
-    LAW,
+    LAW_OF_REST,
     PREPARING,
     SOMETIMES,
     STAGES,
@@ -48,12 +48,14 @@ def test_where_a_stage_begins_the_end_is_told(monkeypatch, left_out):
     lines, end = console.file.getvalue().splitlines(), 0.4 * sum(STAGES[s] for s in stages)
     assert len(lines) == len(stages) - 1  # a line a stage
     told = [line.split(" of about ")[1] for line in lines]
-    at = lines.index(next(line for line in lines if LAW in line)) if LAW in stages else len(STAGES)
+    at = lines.index(next(line for line in lines if LAW_OF_REST in line)) if LAW_OF_REST in stages else len(STAGES)
     seconds = [float(text.split()[0]) for text in told]
     assert [text.endswith(", longer if a law is sought") for text in told] == [
-        s in names[: names.index(LAW)] for s in stages[1:]
+        s in names[: names.index(LAW_OF_REST)] for s in stages[1:]
     ]
-    assert seconds[:at] == pytest.approx([0.4 * sum(STAGES[s] for s in stages if s != LAW)] * len(told[:at]), rel=0.3)
+    assert seconds[:at] == pytest.approx(
+        [0.4 * sum(STAGES[s] for s in stages if s != LAW_OF_REST)] * len(told[:at]), rel=0.3
+    )
     assert seconds[at + 1 :] == pytest.approx([end] * len(told[at + 1 :]), rel=0.3)
     assert seconds[-1] == pytest.approx(end, rel=0.03)
 
@@ -65,10 +67,10 @@ def test_where_the_search_for_a_law_begins_the_end_is_estimated_anew(begins, end
     monkeypatch.setattr("time.monotonic", lambda: now)
     with progress(1.0, "diagnosing", console, timed=False) as done:
         tell = in_stages(done)
-        for share, stage in ((0.1, PREPARING), (0.2, FITTING), (0.3, BEYOND), (1.0, LAW)):
+        for share, stage in ((0.1, PREPARING), (0.2, FITTING), (0.3, BEYOND_CATALOGUE), (1.0, LAW_OF_REST)):
             now = share * begins
             tell(0, stage)
-    (told,) = re.findall(f"{LAW}.* of about (\\d+) s$", console.file.getvalue(), re.MULTILINE)
+    (told,) = re.findall(f"{LAW_OF_REST}.* of about (\\d+) s$", console.file.getvalue(), re.MULTILINE)
     assert float(told) == pytest.approx(ends, rel=0.3)
 
 
@@ -77,7 +79,7 @@ def test_where_little_was_to_be_fitted_little_is_to_come(monkeypatch):
     monkeypatch.setattr("time.monotonic", lambda: now)
     with progress(1.0, "diagnosing", console, timed=False) as done:
         tell = in_stages(done)
-        for now, stage in ((4.0, PREPARING), (24.0, FITTING), (24.5, BEYOND)):  # noqa: B007
+        for now, stage in ((4.0, PREPARING), (24.0, FITTING), (24.5, BEYOND_CATALOGUE)):  # noqa: B007
             tell(0, stage)
     assert console.file.getvalue().splitlines()[-1].endswith("24 s gone of about 41 s, longer if a law is sought")
 
