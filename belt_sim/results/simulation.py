@@ -195,5 +195,5 @@ def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> dict[str, Any]
         loads = {x.id: x.load for x in s.beyond}
         content["beyond_validity"] = {"limits": loads, "sentence": warning(s.model, s.beyond)}
     words_of = {"Infinity": "inf", "-Infinity": "-inf", "NaN": "nan"}  # numbers that JSON does not know, as words
-    details = json.loads(json.dumps(dict(s.details)), parse_constant=words_of.get)
+    details: dict[str, Any] = json.loads(json.dumps(dict(s.details)), parse_constant=words_of.get)
     return content | details | {"provenance": dict(provenance)}

@@ -247,7 +247,7 @@ class ViewerObserver(Observer):
         if self.window is not None and self.window.is_running():
             self.window.sync()
 
-    finish = frame
+    finish = frame  # type: ignore[assignment]
 
     def wait(self) -> None:
         """Wait until the window is closed."""

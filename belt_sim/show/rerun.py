@@ -332,7 +332,7 @@ class RerunObserver:
             middle = 0.5 * (frame.points[:, 2].max() + frame.points[:, 2].min())
             for name, side in (("tilt_upper", z > middle), ("tilt_lower", z <= middle)):
                 numbers[name] = float(angles[np.argmin(np.where(side, far, np.inf))])
-            self.rows.append((frame.travel, frame.time, numbers | frame.scalars))
+            self.rows.append((frame.travel, frame.time, {**numbers, **frame.scalars}))
             self.last = frame.travel
         if pictured:
             self.last_picture = frame.travel
