@@ -222,11 +222,11 @@ def report(diagnosis: "Diagnosis | str | os.PathLike[str]", path: str | os.PathL
 
 def write_comparison(folder: Path, c: "Comparison", *, pictures: bool) -> None:
     """comparison.json (and the same as summary.json, which sweeps look for), per_run.csv and pictures."""
-    from belt_sim.results.files import file_json, to_json
+    from belt_sim.results.files import file_json
 
     content = file_json(c)
     if c.per_run:
-        rows = [{k: v for k, v in to_json(r).items() if not isinstance(v, dict)} for r in c.per_run]
+        rows = [{k: v for k, v in row.items() if not isinstance(v, dict)} for row in content["per_run"]]
         page = StringIO(newline="")
         table = DictWriter(page, rows[0], lineterminator="\n")
         table.writeheader()

@@ -83,12 +83,6 @@ def adapter(kind: Any) -> TypeAdapter[Any]:
     return TypeAdapter(kind)
 
 
-def to_json(result: Any) -> Any:
-    """Return a result as plain mappings, lists and numbers, with the names and units of files."""
-    kind: Any = type(result)
-    return adapter(kind).dump_python(result, mode="json", by_alias=True)
-
-
 def schema(name: str) -> Json:
     """Return the JSON schema (draft 2020-12) of the files that name themselves ``name``: belt-diagnosis/1 ..."""
     made: Json = adapter(WRITTEN[name]).json_schema(mode="serialization", by_alias=name != DISCOVERY)
@@ -109,7 +103,7 @@ def file_json(result: Check | Comparison | Drawings | Diagnosis | Discovery) -> 
             content["error"] = empty | content["error"]
         return head | content
 
-    content = to_json(result)
+    content = adapter(type(result)).dump_python(result, mode="json", by_alias=True)
     if isinstance(result, Diagnosis):
         found = {} if result.discovery is None else {"discovery": file_json(result.discovery)}
         return head | {"runs_schema": RUNS} | content | found

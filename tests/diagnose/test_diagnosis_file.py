@@ -14,7 +14,7 @@ from belt_sim.errors import InputError
 from belt_sim.io import write_json
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.errors import Drawings
-from belt_sim.results.files import file_json, read_diagnosis, to_json
+from belt_sim.results.files import file_json, read_diagnosis
 
 NAMES = ("nothing", "sag_roll", "two", "stranger")
 
@@ -58,10 +58,10 @@ def test_lengths_are_in_mm_and_parameters_in_si():
 
 def test_a_tilt_is_in_mrad():
     run = replace(diagnosed("sag_roll").per_run[0], kind="tilt", before=2.5e-3)
-    row = to_json(run)
+    content = file_json(replace(diagnosed("sag_roll"), per_run=(run,)))
+    (row,) = content["per_run"]
     assert (row["unit"], row["before"]) == ("mrad", pytest.approx(2.5))
     assert "late_rate_mrad_per_m" in row["measured"]
-    content = file_json(replace(diagnosed("sag_roll"), per_run=(run,)))
     check(content)
 
 
