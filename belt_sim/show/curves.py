@@ -303,37 +303,28 @@ def in_words(key: str, value: Any) -> str:
     return str(value) if key == "model" else f"{key} {value}" if value != "" else f"no {key}"
 
 
-def looks_of(
-    runs: Sequence[FinishedRun], keys: Sequence[str]
-) -> tuple[list[dict[str, Any] | None], list[tuple[str, dict[str, Any]]]]:
-    """The look of each run, None where one of its values is not among those that are shown; and the values in words,
-    each with its look.
+def looks_of(runs: Sequence[FinishedRun], keys: Sequence[str]) -> tuple[list[dict[str, Any] | None], list[Any]]:
+    """The look of each run, None where one of its values is not among those that are shown; and a line a value for a
+    legend.
 
     Of up to three keys: colour of the first (the tension, where it is swept), dash of the model, else of the second,
     width of a third.
     """
+    from matplotlib.lines import Line2D
+
     others, models = [k for k in keys if k != "model"], [k for k in keys if k == "model"]
     looks: list[dict[str, Any] | None] = [PLAIN_LINE | {"color": CYCLE[0]} for _ in runs]
-    named = []
+    lines = []
     for key, (name, means) in zip([*others[:1], *models, *others[1:]], KEY_LOOKS, strict=False):
         there = list(dict.fromkeys(run.keys.get(key) for run in runs))
         there = there if key == "model" else sorted(there, key=lambda v: (isinstance(v, str), v))
         kept = sorted({round(k) for k in np.linspace(0, len(there) - 1, min(SHOWN_VALUES, len(there)))})
         values = {there[at]: {name: means[k % len(means)]} for k, at in enumerate(kept)}
-        named += [(in_words(key, value), PLAIN_LINE | look) for value, look in values.items()]
+        lines += [Line2D([], [], label=in_words(key, value), **PLAIN_LINE | look) for value, look in values.items()]
         for k, (run, look) in enumerate(zip(runs, looks, strict=True)):
             mine = values.get(run.keys.get(key))
             looks[k] = None if look is None or mine is None else look | mine
-    return looks, named
-
-
-def _legend(fig: Any, named: Sequence[tuple[str, dict[str, Any]]], columns: int) -> None:
-    """Draw a legend with a line, or a dot, a name."""
-    from matplotlib.lines import Line2D
-
-    handles = [Line2D([], [], label=name, **look) for name, look in named]
-    if handles:
-        fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), columns))
+    return looks, lines
 
 
 def draw_sweep(folder: Path, runs: Sequence[FinishedRun]) -> list[Path]:
@@ -351,10 +342,11 @@ def draw_sweep(folder: Path, runs: Sequence[FinishedRun]) -> list[Path]:
 @style.picture
 def sweep_curves(path: Path | None, runs: Sequence[FinishedRun], keys: Sequence[str]) -> Any:
     """A plot a point, a line a run that has curves."""
-    looks, named = looks_of(runs, keys)
+    looks, handles = looks_of(runs, keys)
     shown = [(run.curves, look) for run, look in zip(runs, looks, strict=True) if run.curves is not None and look]
     fig = _four_points(shown)
-    _legend(fig, named, 6)
+    if handles:
+        fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
     some = f" ({len(shown)} of {len(runs)} runs)" if len(shown) < len(runs) else ""
     return style.save(fig, path, f"Points 1-4 against belt travel, by {_and(keys)}{some}")
 
@@ -362,8 +354,10 @@ def sweep_curves(path: Path | None, runs: Sequence[FinishedRun], keys: Sequence[
 @style.picture
 def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys: Sequence[str]) -> Any:
     """Rates against one number, a line a set of the other keys; hollow where a run has not settled."""
+    from matplotlib.lines import Line2D
+
     fig, [[ax]] = style.figure(8.4, 4.8)
-    looks, named = looks_of(runs, keys)
+    looks, handles = looks_of(runs, keys)
     lines: dict[str, tuple[dict[str, Any], list[FinishedRun]]] = {}
     for run, look in zip(runs, looks, strict=True):
         if look is not None and isinstance(run.keys.get(along), int | float):
@@ -379,7 +373,9 @@ def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys
         settled = np.append(settled, own)
     steady = [run.steady is not None or run.settled for run in runs]  # whether the rate that is drawn is the steady one
     late = "" if all(steady) else ": late rate of point 1 where the steady one is unknown"
-    _legend(fig, named if settled.all() else [*named, (f"not settled{late}", HOLLOW_DOT)], 5)
+    handles += [] if settled.all() else [Line2D([], [], label=f"not settled{late}", **HOLLOW_DOT)]
+    if handles:
+        fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
     ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
     ax.margins(x=0.03)
     ax.set(xlabel=AXIS_LABELS.get(along, along.replace("_", " ")), ylabel=STEADY_LABEL if any(steady) else LATE_LABEL)

@@ -38,8 +38,8 @@ SWEEP = [finished(t, y, m) for t, y, m in product(RATES, (-0.042, 0.03), ("strip
 
 
 def test_colour_is_the_tension_and_dash_the_model():
-    looks, named = looks_of(SWEEP, swept_keys(SWEEP))
-    assert [name for name, _ in named][:1] + [name for name, _ in named][4:6] == ["7 N/mm²", "strip", "rope"]
+    looks, lines = looks_of(SWEEP, swept_keys(SWEEP))
+    assert [line.get_label() for line in lines][3:6] == ["40 N/mm²", "strip", "rope"]
     for run, look in zip(SWEEP, looks, strict=True):
         assert look["color"] == CYCLE[list(RATES).index(run.keys["tension"])]
         assert look["linestyle"] == DASHES[("strip", "rope").index(run.model)]
