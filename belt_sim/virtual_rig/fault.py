@@ -107,8 +107,12 @@ class Fault:
     """A departure from the faultless line; parameters are SI numbers or arrays (batch,), and 0 is no fault.
 
     A fault is the twin of an effect, of the same id (``faults``), or unmodelled. It overrides those of ``FAULT_HOOKS``
-    that it needs. Every subclass becomes a frozen dataclass, whose fields are declared by ``size``, the leading ones
-    first, and ``shape``.
+    that it needs. An unmodelled one says where it acts, ``place``: yaw_tail, yaw_head, runup_tail, runup_head,
+    runup_both, wrap, span, span_bending, span_torsion, span_tension, tension, travel, sensor_all or sensor_y1; on what
+    it depends, ``variable``: travel, time_since_step, yaw, curvature, contact_angle, y, belt_phase, pulley_phase, wave,
+    speed or tension; and how, ``form``: constant, linear, power, saturating, threshold, exponential, periodic or
+    random; also: other pairs (variable, form) that are as right. Every subclass becomes a frozen dataclass, whose
+    fields are declared by ``size``, the leading ones first, and ``shape``.
     """
 
     id: ClassVar[str] = ""
@@ -127,6 +131,10 @@ class Fault:
     span_states: ClassVar[tuple[float, ...]] = (0.0,)
     #: the least and the largest relative change of the tension
     swing: ClassVar[Any] = (0.0, 0.0)
+    place: ClassVar[str] = ""
+    variable: ClassVar[str] = ""
+    form: ClassVar[str] = ""
+    also: ClassVar[tuple[tuple[str, str], ...]] = ()
 
     def __init_subclass__(cls) -> None:
         dataclass(frozen=True, kw_only=True)(cls)
@@ -147,11 +155,11 @@ def has_hook(fault: Fault | type[Fault], hook: str) -> bool:
     return getattr(fault if isinstance(fault, type) else type(fault), hook) is not FAULT_HOOKS[hook]
 
 
-def fault(id: str, module: str, words: str, *, base: type[Fault] = Fault, **given: Any) -> Any:
+def fault(id: str, module: str, words: str, **given: Any) -> Any:
     """Return the class of a fault from a row of a module's table: numbers (``size``, ``shape``), hooks and facts."""
     numbers = {name: float for name, value in given.items() if isinstance(value, Field)}
     facts = {"id": id, "__doc__": words, "__module__": module, "__annotations__": numbers}
-    return type(id.title().replace("_", "") + "Fault", (base,), facts | given)
+    return type(id.title().replace("_", "") + "Fault", (Fault,), facts | given)
 
 
 # Courses in travel and time: steps, random walks, a machine that warms up.

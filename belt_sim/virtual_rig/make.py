@@ -36,7 +36,6 @@ from belt_sim.virtual_rig.hidden import (
 )
 from belt_sim.virtual_rig.march import TrueErrors, add_noise, draw_errors, observe, true_line
 from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan, RunSetting
-from belt_sim.virtual_rig.unmodelled import UnmodelledFault
 
 #: Fields that a truth sealed before does not have; left out where they say nothing.
 _SINCE = ("plan", "place", "variable", "form", "also")
@@ -53,7 +52,7 @@ class Truth:
     half its size); distance: what the best single effect leaves over, or the best three when something outside the
     library is hidden; noise: true scale and tails, and length and smoothness of a wander that is not as stated;
     machine, settings: true minus stated; dirty: what was done to the data; plan: its kind and number; place, variable,
-    form, also: what the unknown is (``UnmodelledFault``).
+    form, also: what the unknown is (``Fault``).
     """
 
     seed: int
@@ -205,7 +204,7 @@ def describe_truth(
 ) -> Truth:
     """What is sealed beside a campaign; unstated: further settings that its file does not state."""
     told = ("scale", "heavy_tails") + (() if noise.true_length is None else ("true_length", "smooth"))
-    unknown = next((f for f in what.faults if isinstance(f, UnmodelledFault)), UnmodelledFault())
+    unknown = next((f for f in what.faults if f.place), Fault())
     effects = [
         {
             "id": fault.id,

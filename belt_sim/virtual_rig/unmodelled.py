@@ -1,8 +1,8 @@
-"""Faults that no catalogue lists, a row each: where it acts, on what it depends and how, its numbers, its formula."""
+"""Faults that no catalogue lists, a row each: place, variable, form (of ``Fault``), its numbers, its formula."""
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -23,23 +23,6 @@ from belt_sim.virtual_rig.fault import (
     smooth_step,
 )
 from belt_sim.virtual_rig.line import DOUBLINGS, Sections, unit_load
-
-
-class UnmodelledFault(Fault):
-    """A fault that no catalogue lists, and what the generator calls it.
-
-    place, where it acts: yaw_tail, yaw_head, runup_tail, runup_head, runup_both, wrap, span, span_bending,
-    span_torsion, span_tension, tension, travel, sensor_all or sensor_y1; variable, what it depends on: travel,
-    time_since_step, yaw, curvature, contact_angle, y, belt_phase, pulley_phase, wave, speed or tension; form, how:
-    constant, linear, power, saturating, threshold, exponential, periodic or random; also: other pairs (variable, form)
-    that are as right.
-    """
-
-    place: ClassVar[str] = ""
-    variable: ClassVar[str] = ""
-    form: ClassVar[str] = ""
-    also: ClassVar[tuple[tuple[str, str], ...]] = ()
-
 
 FLAT = ("beam_th2",)  # base laws on which a change of the spans' roll does nothing
 _UPPER, _LOWER = 1.0, -1.0
@@ -71,25 +54,11 @@ def _since(s, line):
     return np.maximum(s - line.yaw_at, 0.0) / line.speed
 
 
-def _lagging_set(f, s, line, y, kappa):
-    """Fully from a yaw of ``_FULL`` on; a pulley that is set to no yaw, and errs by a microradian, sets nothing."""
-    t = (s - line.yaw_at) / line.speed
-    left = np.where(t >= 0, np.exp(-np.maximum(t, 0.0) / f.time), 0.0)
-    return f.kappa * np.clip(line.yaw / _FULL, -1.0, 1.0) * left * TAIL
-
-
 def _greasy_stretch(f, s, line, alpha):
     """at, stretch: shares of the belt's length, from what runs up to the tail pulley at travel 0, backwards."""
     run = (np.stack([s + 0.0 * line.start, s - line.span_length - line.wrap_tail]) + line.start) / line.belt_length
     off = np.mod(run - f.at + 0.5, 1.0) - 0.5
     return 1 - f.share * np.where(np.abs(off) < f.stretch / 2, np.cos(np.pi * off / f.stretch) ** 2, 0.0)
-
-
-def _short_range(f, value, place, s, line):
-    if not place.startswith("point_"):
-        return value
-    x = f.c * value
-    return value * np.where(np.abs(x) > 1e-6, np.tanh(x) / np.where(np.abs(x) > 1e-6, x, 1.0), 1.0)
 
 
 def _sticky_gauge(f, value, place, s, line):
@@ -286,7 +255,12 @@ _TABLE: dict[str, dict[str, Any]] = {
         "The tail's rubber stays askew after a yaw step and recovers in time: it turns the belt meanwhile.",
         kappa=size("1/m", 1e-4, 5e-3),
         time=shape(20.0, lambda plan, rng: rng.uniform(0.08, 0.5) * plan.length / plan.runs[0].speed),
-        turn=_lagging_set,
+        turn=lambda f, s, line, y, kappa: (  # fully from a yaw of _FULL on, not by an error of a microradian
+            f.kappa
+            * np.clip(line.yaw / _FULL, -1.0, 1.0)
+            * np.where(s >= line.yaw_at, np.exp(-_since(s, line) / f.time), 0.0)
+            * TAIL
+        ),
     ),
     "rut": row(
         "runup_tail | y linear; belt_phase linear, periodic",
@@ -396,7 +370,11 @@ _TABLE: dict[str, dict[str, Any]] = {
         "sensor_all | y saturating, power",
         "The sensors' optics flatten towards the ends of their range: tanh(c y)/c instead of y.",
         c=size("1/m", 40.0, 2e3, positive=True),
-        read=_short_range,
+        read=lambda f, value, place, s, line: (
+            value * np.where((x := np.abs(f.c * value)) > 1e-6, np.tanh(x) / np.maximum(x, 1e-6), 1.0)
+            if place.startswith("point_")
+            else value
+        ),
     ),
     "sticky_gauge": row(
         "sensor_y1 | y threshold, constant, saturating",
@@ -575,6 +553,4 @@ _TABLE: dict[str, dict[str, Any]] = {
         ),
     ),
 }
-UNMODELLED: dict[str, type[UnmodelledFault]] = {
-    id: fault(id, __name__, base=UnmodelledFault, **_TABLE[id]) for id in sorted(_TABLE)
-}
+UNMODELLED: dict[str, type[Fault]] = {id: fault(id, __name__, **_TABLE[id]) for id in sorted(_TABLE)}

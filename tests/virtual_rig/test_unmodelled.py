@@ -10,7 +10,7 @@ from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import TEST_BELT, RunSetting
 
 BELT = 2 * (SPAN + ARC)
-#: what a fault may call itself (see ``UnmodelledFault``)
+#: what a fault may call itself (see ``Fault``)
 PLACES = "yaw_tail yaw_head runup_tail runup_head runup_both wrap span span_bending span_torsion span_tension tension"
 PLACES += " travel sensor_all sensor_y1"
 VARIABLES = "travel time_since_step yaw curvature contact_angle y belt_phase pulley_phase wave speed tension"
