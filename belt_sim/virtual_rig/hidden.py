@@ -128,30 +128,29 @@ class Detectability:
         A tension that errs does just what other settings of the runs do: where these bend, that is no size either.
         """
         seen = np.stack([self.whiten(c) for c in changes(self.plan, self.base, self.clean, faults)])
-        bent = self._second_order(seen)
-        for _ in range(_ROUNDS):
-            if rows := np.flatnonzero(bent.any(axis=1)).tolist():
-                bent[rows] = self._second_order(seen[rows] - bent[rows])
-        return np.linalg.norm([x - self._axes @ (self._shares * (self._axes.T @ x)) for x in seen - bent], axis=1)
-
-    def _second_order(self, seen: np.ndarray) -> np.ndarray:
-        """What machine and settings do beyond their derivatives where they most likely are after whitened changes
-        (faults, N), where that shows.
-        """
+        # what machine and settings do beyond their derivatives where they most likely are after a change, if it shows
         names, runs = [n for n, q in stated_data(self.plan).items() if q.u > 0], len(self.plan.runs)
         shapes = self.nuisances[:, : len(names) + 2 * runs]
         normal = np.eye(self.nuisances.shape[1]) + self.nuisances.T @ self.nuisances
-        likeliest = np.linalg.solve(normal, self.nuisances.T @ seen.T).T[:, : shapes.shape[1]]
-        likeliest = likeliest.clip(-_FURTHEST, _FURTHEST)
-        lines = []
-        for row in likeliest:  # machine data, tension and yaw of every run so many sigma off
-            tension, yaw = np.split(row[len(names) :], 2)
-            off = {n: float(sigmas) * stated_data(self.plan)[n].u for n, sigmas in zip(names, row, strict=False)}
-            errors = TrueErrors(machine=off, tension_rel=self.noise.tension_rel * tension, yaw=self.noise.yaw_u * yaw)
-            lines.append(replace(true_line(self.plan, self.law, errors), run=np.arange(runs)))
-        there = np.split(observe(self.plan, stack(lines), []), len(lines), axis=2)
-        found = np.stack([self.whiten(t - self.clean) for t in there]) - likeliest @ shapes.T
-        return np.where(np.linalg.norm(found, axis=1, keepdims=True) > _SEEN, found, 0.0)
+        bent, rows = np.zeros_like(seen), list(range(len(seen)))
+        for _ in range(1 + _ROUNDS):
+            likeliest = np.linalg.solve(normal, self.nuisances.T @ (seen[rows] - bent[rows]).T).T[:, : shapes.shape[1]]
+            likeliest = likeliest.clip(-_FURTHEST, _FURTHEST)
+            lines = []
+            for row in likeliest:  # machine data, tension and yaw of every run so many sigma off
+                tension, yaw = np.split(row[len(names) :], 2)
+                off = {n: float(sigmas) * stated_data(self.plan)[n].u for n, sigmas in zip(names, row, strict=False)}
+                errors = TrueErrors(
+                    machine=off, tension_rel=self.noise.tension_rel * tension, yaw=self.noise.yaw_u * yaw
+                )
+                lines.append(replace(true_line(self.plan, self.law, errors), run=np.arange(runs)))
+            there = np.split(observe(self.plan, stack(lines), []), len(lines), axis=2)
+            found = np.stack([self.whiten(t - self.clean) for t in there]) - likeliest @ shapes.T
+            bent[rows] = np.where(np.linalg.norm(found, axis=1, keepdims=True) > _SEEN, found, 0.0)
+            rows = np.flatnonzero(bent.any(axis=1)).tolist()
+            if not rows:
+                break
+        return np.linalg.norm([x - self._axes @ (self._shares * (self._axes.T @ x)) for x in seen - bent], axis=1)
 
 
 def changes(plan: Plan, base: Line, clean: np.ndarray, faults: Sequence[Fault]) -> list[np.ndarray]:
