@@ -98,7 +98,7 @@ def diagnose(
         def tell_stage(stage: str) -> None:
             stages(0, stage)
 
-        own, running = free_starts(campaign, chosen)
+        own, running = free_starts(campaign, chosen, None if beside else LawSearch().evidence_of_unknown)
         of_data = (*suspicions(own), *check_repeats(own))
         settled = checked or any(s.severity == "stop" for s in of_data)
         of_sheet = () if settled else sheet_evidence(free_zeros(own, of_data), chosen, tell_stage)

@@ -17,6 +17,7 @@ from belt_sim.campaign.records import Severity, records_of
 from belt_sim.campaign.sheet_doubts import BY_RUN, CONTINUOUS, SheetMistake, sheet_mistakes
 from belt_sim.campaign.types import rig_of, shortlist
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
+from belt_sim.diagnosis.decide import UnknownEvidence
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import SLOWEST, Forward
 from belt_sim.diagnosis.next_run import Outlook
@@ -199,12 +200,19 @@ def sheet_evidence(
     return tuple(evidence)
 
 
-def free_starts(campaign: Campaign, model: Composition) -> tuple[Campaign, tuple[Suspicion, ...]]:
+def free_starts(
+    campaign: Campaign,
+    model: Composition,
+    evidence_of_laws: Callable[[Workbench, Fit], UnknownEvidence] | None = None,
+) -> tuple[Campaign, tuple[Suspicion, ...]]:
     """The campaign with the state free in which every run begins, and a remark, if its records show no rest and only a
     belt that ran before explains them; the remark alone where that explains most of it; else the campaign, and ().
 
     A belt at rest leans after a yaw, which every pulley shows in turn; one that ran with the yaw leans already. So does
     one that ran without any, by the faults of its machine: where one is free, the other is.
+
+    evidence_of_laws: of a fit in the linear range; a law that says as much with fewer numbers keeps the starts as
+    stated (None: none is sought).
     """
     curved = _curves_of(campaign)
     begun = [r for r in curved.runs if r.run_in == 0.0 and (not (r.yaw or r.yaw_head) or r.travel[0] >= r.yaw_at)]
@@ -215,13 +223,17 @@ def free_starts(campaign: Campaign, model: Composition) -> tuple[Campaign, tuple
     excess = stated.total() - stated.count
     if not np.isfinite(excess) or excess < (UNEXPLAINED - 1.0) * stated.count:
         return campaign, ()
-    removed = stated.total() - stated.total_with_free_starts(open_runs)
+    left, cost = stated.total_with_free_starts(open_runs)
+    removed = stated.total() - left
     if removed < MENTIONED * excess or stated.total() - stated.total_of_other_models() > OF_MODEL * removed:
         return campaign, ()
     sure, share = removed >= BELIEVED * excess, f"{min(removed / excess, 1.0):.0%} of what the model leaves"
     of_sheet = (_refine(*_screen(m, curved, stated), stated)[0] for m in sheet_mistakes(curved))
     if any(stated.total() - chi2 > BELIEVED * (removed if sure else excess) for chi2 in of_sheet):
         return campaign, ()  # a yaw that came later than stated is told as that
+    if sure and evidence_of_laws is not None:
+        laws = evidence_of_laws(stated.bench, fit := stated.fitted()).laws
+        sure = left + cost < min((fit.chi2 - law.gain + law.cost for law in laws), default=np.inf)
     sentence = f"the belt of {shortlist(open_runs)} "
     sentence += (
         f"leans already where the record begins: the machine ran before; its state there is left free ({share})"
@@ -282,8 +294,14 @@ class _Layout:
         rest = self.rest_of(mistake.campaign, own) if rest is None else np.where(own[:, None, None], rest, self.rest)
         return float(np.sum(self.chi2_of(rest))) - 2.0 * mistake.log_jacobian * self.count
 
-    def total_with_free_starts(self, runs: Collection[str]) -> float:
-        """chi2 of all runs with the state free in which the belt of some ``runs`` begins."""
+    def fitted(self) -> Fit:
+        """The joint fit of the usual faults."""
+        bench = self.bench
+        return bench.fit([bench.start(tuple(c.id for c in bench.forward.classes), bench.forward.null())])[0]
+
+    def total_with_free_starts(self, runs: Collection[str]) -> tuple[float, float]:
+        """chi2 of all runs with the state free in which the belt of some ``runs`` begins, and what these numbers must
+        earn [chi2]: ln of the determinant of the covariance with them, over that without."""
         bench, forward = self.bench, self.bench.forward
         free = start_shapes(forward, forward.null(), runs)
         own = np.array([r.name in runs for r in bench.samples.runs])[:, None, None]
@@ -294,7 +312,10 @@ class _Layout:
         metric = metric_of(bench.samples, bench.levels, shapes, bench.shared)
         basis = np.linalg.qr(metric.whiten(self.columns).T)[0]
         white = metric.whiten(self.rest)
-        return float(np.sum((white - basis @ (basis.T @ white)) ** 2))
+        left = white - basis @ (basis.T @ white)
+        by_run = [bench.metric.noise_white(each).swapaxes(0, 1) for each in (bench.shapes, shapes)]  # (R, K, m)
+        before, after = (np.linalg.slogdet(w @ w.swapaxes(1, 2) + np.eye(w.shape[1]))[1].sum() for w in by_run)
+        return float(left @ left), float(after - before)
 
     def total_of_other_models(self) -> float:
         """The least chi2 that another base model without an effect of its own leaves without any mistake."""

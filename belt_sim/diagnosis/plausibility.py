@@ -131,10 +131,12 @@ def prefer_plausible(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
     begun = []
     for fit in (fits[k] for k in again):
         # the point along the valley, as the derivatives have it, where numbers are least for what machines have
-        weight = prior_sigma(bench.forward, fit.free) ** -2.0
-        pull = fit.columns @ fit.residual - weight * (fit.vector - bench.forward.null())[fit.free]
-        vector = fit.vector.copy()
-        vector[fit.free] += np.linalg.solve(fit.columns @ fit.columns.T + np.diag(weight), pull)
+        vector, away = fit.vector.copy(), (fit.vector - bench.forward.null())[fit.free]
+        sigma = prior_sigma(bench.forward, fit.free)
+        rows = np.concatenate(
+            [(fit.columns * sigma[:, None]).T, np.eye(len(sigma))]
+        )  # in sigmas, which tells them apart
+        vector[fit.free] += sigma * np.linalg.lstsq(rows, np.concatenate([fit.residual, -away / sigma]))[0]
         begun.append(bench.start(fit.ids, np.clip(vector, low, high), fit.free))
     found = list(fits)
     for k, inner in zip(again, bench.fit(begun, sides=(low, high)), strict=True):

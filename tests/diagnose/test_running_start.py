@@ -10,6 +10,7 @@ from belt_sim.campaign.kinematics import check_repeats
 from belt_sim.campaign.quality import suspicions
 from belt_sim.campaign.types import rig_of
 from belt_sim.diagnosis.foresight import free_starts, sheet_evidence
+from belt_sim.discovery.law_search import LawSearch
 from belt_sim.model import MODELS
 from belt_sim.virtual_rig import Plan, RunSetting, make_campaign
 
@@ -64,6 +65,20 @@ def test_a_cut_record_without_a_yaw_begins_on_the_running_machine_too():
     campaign, (told,) = free_starts(cut(made, 9.0), STRIP)
     assert all(np.isnan(run.run_in) for run in campaign.runs)
     assert "r02" in told.sentence
+
+
+def test_starts_stay_as_stated_where_a_law_of_few_numbers_says_as_much():
+    """A belt that is slow to set itself to a yaw leans as if it had run before, in every run alike."""
+    runs = tuple(RunSetting(tension=t, yaw=yaw) for t in (1e7, 1.5e7, 2e7) for yaw in (-7e-4, 7e-4))
+    plan = Plan(runs=runs, length=30.0, signals={"y1": "point_1"})
+    slow = [{"id": "lagging_set", "kappa": 3.3e-5, "time": 17.5}]
+    made = make_campaign(hidden=slow, seed=6, base="strip", plan=plan)[0]
+    assert free_starts(made, STRIP)[0] is not made
+    campaign, (told,) = free_starts(made, STRIP, LawSearch().evidence_of_unknown)
+    assert campaign is made
+    assert "may lean already where the record begins" in told.sentence
+    ran = cut(make_campaign(seed=6, base="strip", plan=plan)[0], 3.0)
+    assert free_starts(ran, STRIP, LawSearch().evidence_of_unknown)[0] is not ran
 
 
 def test_a_number_fitted_to_cut_records_is_the_true_one_and_says_what_it_costs(whole):
