@@ -196,6 +196,8 @@ def test_numbers_known_only_together_are_as_a_machine_has_them():
     assert np.sum(found.vector) == pytest.approx(0.2, abs=0.01)
     assert np.all(np.abs(found.vector) <= 0.6)
     assert prefer_plausible(bench, [replace(far, chi2=best.chi2 - 20.0)])[0].vector[0] == pytest.approx(19.8)
+    same = replace(far, columns=np.tile(1e10 * rows[:1], (2, 1)))  # one number, as far as its derivatives there go
+    assert is_plausible(bench.forward, prefer_plausible(bench, [same])[0])
 
 
 def test_each_of_two_that_do_the_same_is_told_as_if_it_were_alone():
