@@ -15,7 +15,7 @@ from xdist.scheduler import LoadScopeScheduling
 from belt_sim.io import ROOT
 from belt_sim.jax_setup import prepare
 
-LITTLE_EFFORT = "--xla_backend_optimization_level=1"
+LITTLE_EFFORT = "--xla_backend_optimization_level=0"
 if jax.__version_info__ < (0, 11):  # later ones have no fusion emitters to switch off
     LITTLE_EFFORT += " --xla_cpu_use_fusion_emitters=false"
 
@@ -28,8 +28,8 @@ jax.config.update("jax_enable_x64", True)
 
 
 class ByFile(LoadScopeScheduling):
-    """One process runs all tests of a file, and all files that share what small_campaign or small_discovery keep: their
-    diagnoses and searches."""
+    """One process runs all tests of a file, and all files that share what is kept: the diagnoses of small_campaign, the
+    searches of small_discovery, the programs of paper_cases."""
 
     def _split_scope(self, nodeid: str) -> str:
         return scope(nodeid.partition("::")[0])
@@ -38,7 +38,7 @@ class ByFile(LoadScopeScheduling):
 @cache
 def scope(file: str) -> str:
     text = (ROOT / file).read_text(encoding="utf-8")
-    return next((name for name in ("small_campaign", "small_discovery") if name in text), file)
+    return next((name for name in ("small_campaign", "small_discovery", "marched") if name in text), file)
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -9,6 +9,7 @@ from small_discovery import effect_of, surveyed
 from belt_sim.campaign import case_of
 from belt_sim.discovery.search_data import rare_forms
 from belt_sim.effects.law import Form, Law, Term
+from belt_sim.jax_setup import jit_float64
 from belt_sim.line.influence import Bend, BoundaryValues
 from belt_sim.line.span import response, strip
 
@@ -44,8 +45,12 @@ def bent_by(name, share, case):
     cls = effect_of(data, Law((Term(place, Form("none")),)), [share])
     effect = cls(size=share)
     boundary = BoundaryValues(travel=5.0, start=0.0, ends=ENDS, direction=1.0)
-    bend = effect.bend(Bend(), boundary, effect.influence(strip(case), case), case)
-    return bend.runup + bend.natural_runup
+
+    def added(case):
+        bend = effect.bend(Bend(), boundary, effect.influence(strip(case), case), case)
+        return bend.runup + bend.natural_runup
+
+    return jit_float64(added, brief=True)(case)
 
 
 def test_waves_in_time_are_tried_where_speeds_differ():

@@ -1,12 +1,14 @@
 """Residual stress of the strip: its torsional stiffness, and what it does to the rates of a slack belt."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from paper_cases import paper_case
 
 from belt_sim.curves import late_rates
 from belt_sim.effects.span import Flatness
-from belt_sim.jax_setup import in_float64
+from belt_sim.jax_setup import jit_float64
 from belt_sim.line.span import response_by_change, strip, thin_strip_torsion, with_change
 from belt_sim.model import analytic_model
 
@@ -64,4 +66,4 @@ def test_a_strip_that_is_not_flat_may_lose_most_of_its_tension():
     case = paper_case(10)
     flat = Flatness(amplitude=1.2e7).span(strip(case), case)
     assert float(with_change(flat, case, "tension", -0.9).torsion) == pytest.approx(float(thin_strip_torsion(case)))
-    assert np.isfinite(np.asarray(in_float64(response_by_change)(flat, case, kind="tension"))).all()
+    assert np.isfinite(np.asarray(jit_float64(partial(response_by_change, kind="tension"), brief=True)(flat, case))).all()

@@ -254,15 +254,14 @@ def test_an_entry_is_plain_data():
     assert law_of_entry(json.loads(json.dumps(entry))).sizes == law_of("spans").sizes
 
 
-@pytest.mark.parametrize(("place", "span"), [("pull_tail", 0), ("pull_upper", 0), ("pull_lower", 1)])
-def test_an_edge_has_the_stress_of_its_own_span(place, span):
-    """A strand at 30 % of 20 N/mm2 has 6 less what its own moments take; the other keeps 20."""
-    law = SizedLaw(Law((Term(PLACES[place], Form("none"), 0.0),)), (-0.7,), 1e7)
+@pytest.mark.parametrize("shares", [{"pull_tail": -0.7}, {"pull_upper": -0.7, "pull_lower": -0.4}])
+def test_an_edge_has_the_stress_of_its_own_span(shares):
+    """A strand at 30 % of 20 N/mm2 has 6 less what its own moments take; the tail pulley's is the upper one here."""
+    law = SizedLaw(Law(tuple(Term(PLACES[place], Form("none"), 0.0) for place in shares)), tuple(shares.values()), 1e7)
     case = bs.make_case(rig="test_rig", tension=20, yaw=-0.12)
     curves = analytic_model("strip").run(case, (law_effect(law)(),), travel=10.0)
     moment = np.maximum(np.abs(curves.moment), np.abs(curves.moment_runoff))
-    own = np.array([20e6, 20e6])
-    own[span] = 6e6
+    own = 20e6 * (1.0 + np.array([-0.7, shares.get("pull_lower", 0.0)]))
     taken = 6.0 * moment / (float(case.belt.width) ** 2 * float(case.belt.thickness))
     np.testing.assert_allclose(curves.edge_stress, own[:, None] - taken, rtol=1e-9)
 

@@ -21,7 +21,7 @@ SOLVE = jax.jit(slip_increments, compiler_options=least_effort())  # it runs ten
 
 @pytest.fixture(scope="module")
 def begun(short_rig):
-    options = fit_options(Options(friction=0.3), short_rig, "flex")
+    options = fit_options(Options(friction=0.3, dx=0.04), short_rig, "flex")
     return SpaceRun(short_rig, "flex", options)
 
 

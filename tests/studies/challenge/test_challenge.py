@@ -159,7 +159,8 @@ def test_a_further_run_is_of_the_same_line(tmp_path):
 def test_the_diagnosis_itself_answers(who, tmp_path):
     """One effect, large, on a small plan: named; in the long test among the whole library."""
     own = Task(seed=1, out=tmp_path, source="small_challenge:draw", ablation=who, bootstraps=100)
-    (result,) = run_challenge(own, [1], workers=1)
+    run_case(own)
+    (result,) = results(tmp_path)
     found = score_case(result)
     assert (found.outcome, list(found.named)) == ("right", ["cant"])
     assert result["least"]["plain_mm"] > 0
