@@ -58,13 +58,14 @@ class CarefulLoader(yaml.SafeLoader):
     def compose_node(self, parent: Any, index: Any) -> Any:
         """A node, one floor deeper; raises MarkedYAMLError for an alias and for too many floors."""
         event = self.peek_event()  # type: ignore[no-untyped-call]
+        mark: Any = event.start_mark
         if isinstance(event, yaml.AliasEvent):
             problem = "write the value out; anchors and aliases are not read here"
-            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=mark)
         self.depth += 1
         if self.depth > DEEPEST:
             problem = f"brackets or levels nest deeper than {DEEPEST}"
-            raise yaml.MarkedYAMLError(problem=problem, problem_mark=event.start_mark)
+            raise yaml.MarkedYAMLError(problem=problem, problem_mark=mark)
         node = super().compose_node(parent, index)
         self.depth -= 1
         return node

@@ -146,11 +146,11 @@ def _why_not_started(flags: Sequence[str]) -> str:
     return (" ".join(said) or f"exit status {tried.returncode}") if tried.returncode else ""
 
 
-def in_float64(function: Callable[..., Any]) -> Callable[..., Any]:
+def in_float64(function: Callable[P, R]) -> Callable[P, R]:
     """The function with JAX in float64 for as long as it runs (in the calling thread)."""
 
     @functools.wraps(function)
-    def call(*args: Any, **kwargs: Any) -> Any:
+    def call(*args: P.args, **kwargs: P.kwargs) -> R:
         with jax.enable_x64(True):
             return function(*args, **kwargs)
 
@@ -322,7 +322,7 @@ class StoredProgram:
         # a name of its own: a program that JAX finds in its own cache cannot be written again
         name = stored_program.__name__ = stored_program.__qualname__ = f"program_{uuid4().hex}"
         traced = jax.jit(stored_program, keep_unused=True, compiler_options=known_options(self.effort)).lower(*leaves)
-        module = traced.compiler_ir()
+        module: Any = traced.compiler_ir()
         # where operations stand in the code is a third of a program, and a tenth of loading it; JAX does not document
         # what leaves it out, so that it stays where that fails
         with suppress(Exception), module.context:

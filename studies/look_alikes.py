@@ -32,8 +32,8 @@ def look_alikes(config: dict[str, Any]) -> None:
     bench = workbench(campaign, model, tuple(candidates_of(None, model)))
     bases = effect_bases(bench)
     print(f"{len(campaign.runs)} runs, {len(campaign.signals)} signals\n\n| effect | beside | cosine |\n|---|---|---|")
-    names = sorted(bases)
-    pairs = [(cosine(bases[a], bases[b]), a, b) for k, a in enumerate(names) for b in names[k + 1 :]]
+    ids = sorted(bases)
+    pairs = [(cosine(bases[a], bases[b]), a, b) for k, a in enumerate(ids) for b in ids[k + 1 :]]
     for size, a, b in sorted(pairs, reverse=True):
         if size > float(config["above"]):
             print(f"| {a} | {b} | {size:.4f} |")

@@ -373,8 +373,9 @@ def read_sheet(text: str, problems: list[Problem]) -> tuple[Campaign | None, fro
         end = ends.get(place.where, machine.centre_distance.value) if place else 0.0
         if place and place.distance > end:  # farther along a span or a wrap than it is long
             remedy = f"must be 0 to {end:.4g} m: the {place.where.replace('_', ' ')} is no longer"
-            where = {"file": SHEET_FILE, "line": marked.line(("signals", name, "at")), "name": f"signals.{name}.at"}
-            problems.append(Problem(**where, value=place.distance, unit="m", remedy=remedy))
+            line, at = marked.line(("signals", name, "at")), f"signals.{name}.at"
+            problem = Problem(file=SHEET_FILE, line=line, name=at, value=place.distance, unit="m", remedy=remedy)
+            problems.append(problem)
         kind, scale, wander = kind_at(signal.at), UNITS[signal.unit][1], signal.wander
         assert kind is not None
         errors = {"white": signal.white * scale, "zero": signal.zero * scale, "gain": signal.gain}

@@ -264,7 +264,10 @@ def _one_run(
     stated = jnp.append(travel, yaw_at)  # the last sample is where every lateral sensor reads zero
     clock = jnp.append(time, yaw_at / case.settings.speed)
     read = indicate(curves, case, effects, stated, clock)
-    rows = [read.y[:, :-1] - read.y[:, -1:], *([read.tilt[:, :-1]] if "tilt" in only else [])]
+    rows = [read.y[:, :-1] - read.y[:, -1:]]
+    if "tilt" in only:
+        assert read.tilt is not None
+        rows.append(read.tilt[:, :-1])
     before = yaw_at - 2.0 * spacing  # of the yaw, with which these move at once
     stated, clock = stated.at[-1].set(before), clock.at[-1].set(before / case.settings.speed)
     for place in others:

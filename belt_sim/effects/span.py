@@ -158,7 +158,7 @@ class _OnOneSpan(Effect):
         forward, load = float(case.settings.direction), self.sign * getattr(self, self.of)
         if self.load == "spread_roll":
             return add(parts, **{"roll" if self.side > 0 else "roll_lower": load})
-        span, x = "upper" if self.side > 0 else "lower", self.place * float(case.rig.centre_distance)
+        span, x = "upper" if self.side > 0 else "lower", getattr(self, "place", 0.0) * float(case.rig.centre_distance)
         if self.load == "force":
             return parts.with_push(span=span, x=x, across=load * forward)
         direction, drag = self.side * forward, 2.0 * abs(load) / float(case.belt.width)

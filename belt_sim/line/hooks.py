@@ -111,7 +111,7 @@ def switched(effect: E, acts: Any) -> E:
     return found
 
 
-def where_acting(effect: Hooks, function: Callable[[Any], Any], value: Any, *, always: bool = False) -> Any:
+def where_acting(effect: Hooks, function: Callable[..., Any], value: Any, *, always: bool = False) -> Any:
     """Return ``function`` of a value, or the value itself where the flag of a ``switched`` effect is false."""
     return function(value) if always or effect.acts is None else lax.cond(effect.acts, function, lambda x: x, value)
 

@@ -103,7 +103,7 @@ class LoadResponse:
     runup: jnp.ndarray
     runoff: jnp.ndarray
     tilt: jnp.ndarray
-    side_force: jnp.ndarray
+    side_force: jnp.ndarray | float
 
 
 @pytree

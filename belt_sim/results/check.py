@@ -107,7 +107,7 @@ class Check(Display):
             sizes = [words.number(s and factor * s, 2) for s in (v.smallest, v.largest_plausible)]
             rows.append((f"{v.effect}.{v.parameter}", *sizes, unit, v.word.removeprefix("when ").split(" ")[0]))
         if self.visible:
-            columns = ("number of an effect", "shows from", "up to", "unit", "seen")
+            columns: tuple[str, ...] = ("number of an effect", "shows from", "up to", "unit", "seen")
             left = ("number of an effect", "unit", "seen")
             hidden = [k for k, v in enumerate(self.visible) if v.share >= 1.0]
             title = "Smallest size that shows in 9 of 10 cases, and the largest plausible size"

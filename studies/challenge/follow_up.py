@@ -67,8 +67,8 @@ def advised_run(campaign: Campaign, settings: RunSettings) -> tuple[Run, tuple[S
     if not settings.all_points:
         return run, campaign.signals
     have = {s.at for s in campaign.signals}
-    like = next(s for s in campaign.signals if s.kind == "lateral")
-    return run, (*campaign.signals, *(replace(like, name=f"y{at[-1]}", at=at) for at in POINTS if at not in have))
+    sensor = next(s for s in campaign.signals if s.kind == "lateral")
+    return run, (*campaign.signals, *(replace(sensor, name=f"y{at[-1]}", at=at) for at in POINTS if at not in have))
 
 
 def add_follow_up_run(
