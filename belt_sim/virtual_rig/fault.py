@@ -73,7 +73,7 @@ FAULT_HOOKS: dict[str, Callable[..., Any]] = {
     "yaw": lambda f, s, line: 0.0,  # added to the tail pulley's yaw [rad]
     "yaw_head": lambda f, s, line: 0.0,  # added to the head pulley's yaw [rad]
     "turn": lambda f, s, line, y, kappa: 0.0,  # curvature added to kappa where the belt runs up [1/m], (2, batch)
-    "recall": lambda f, s, past: 0.0,  # the same from the past of the belt (a ``march.DelayHistory``)
+    "recall": lambda f, s, past: 0.0,  # the same from the past of the belt (a ``march.BeltMarch``)
     # (y, alpha) at the run-ups of tail and head at travels s <= 0 (..., batch), shape (4, ..., batch)
     "initial_state": lambda f, s, line: 0.0,
     "slide": lambda f, s, line, alpha: 1.0,  # factor on the lateral velocity where the belt runs up

@@ -19,76 +19,9 @@ import numpy as np
 
 from belt_sim.campaign import SignalSheet
 from belt_sim.case import GRAVITY, Belt, Rig
-from belt_sim.virtual_rig.fault import Fault, has_hook
+from belt_sim.virtual_rig.fault import FAULT_HOOKS, Fault, has_hook
 from belt_sim.virtual_rig.line import Line, SpanResponse, UnitLoad
 from belt_sim.virtual_rig.plan import Noise, Plan
-
-
-class DelayHistory:
-    """The computed past: nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head.
-
-    tail_yaw, head_yaw: (n, batch) as they really are; bent: curvature at the run-ups, (n, 2, batch); gone: how far
-    friction has let the belt go where it leaves, (y, alpha) of the tail, then of the head pulley, (n, 4, batch); spans:
-    the one that runs to the tail and the one that runs to the head pulley; faults: by which the belt creeps on the
-    wraps; initial: with which it did not begin straight; applied_loads: the loads on the spans.
-    """
-
-    def __init__(self, line: Line, faults: Sequence[Fault], reach: float) -> None:
-        longest = min(line.wrap_tail.min(), line.wrap_head.min()) / STEPS_A_WRAP
-        steps = [float(s) for s in np.unique(line.yaw_at) if 0 < s < reach]
-        edges = [0.0, *(e for s in steps for e in (s - _BEFORE, s)), reach]  # every yaw step between two nodes
-        counts = [max(1, int(np.ceil((b - a) / longest - 1e-9))) for a, b in pairwise(edges)]
-        parts = [np.linspace(a, b, n, endpoint=False) for (a, b), n in zip(pairwise(edges), counts, strict=True)]
-        self.line, self.nodes = line, np.append(np.concatenate(parts), reach)
-        count, batch = len(self.nodes), len(line.stress)
-        self.state, self.slope, self.gone = np.zeros((3, count, 4, batch))
-        self.tail_yaw, self.head_yaw = np.zeros((2, count, batch))
-        self.bent = np.zeros((count, 2, batch))
-        self.spans = (line.span(), line.span(to_tail=False))
-        self.faults = [f for f in faults if has_hook(f, "creep")]
-        self.initial = [f for f in faults if has_hook(f, "initial_state")]
-        self.applied_loads = [
-            AppliedLoad(f, load, (line.direction > 0) == load.upper, np.zeros(batch), np.zeros((count, batch)))
-            for f in faults
-            for load in f.loads(line)
-        ]
-        changing = [f for f in faults if has_hook(f, "sections")]
-        self.changed_spans = tuple([SpanTable(f, line, to_tail) for f in changing] for to_tail in (True, False))
-
-    def state_at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
-        """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch)."""
-        k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
-        rows = np.arange(first, last).reshape(-1, *(1,) * s.ndim)
-        lanes = np.arange(s.shape[-1])
-        h = self.nodes[k + 1] - self.nodes[k]
-        left, before, right, after = (a[j, rows, lanes] for j in (k, k + 1) for a in (self.state, self.slope))
-        t = (s - self.nodes[k]) / h  # cubic Hermite interpolation, from values and slopes
-        since = left + t * t * (3 - 2 * t) * (right - left) + h * t * (1 - t) * ((1 - t) * before - t * after)
-        return np.where(s < 0, sum((f.initial_state(s, self.line)[first:last] for f in self.initial), 0.0), since)
-
-    def interpolate(self, rows: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """What was kept at the nodes, shape (nodes, batch), linear between them at travel s (n, batch); 0 up to 0."""
-        lanes = range(s.shape[1])
-        values = [np.interp(s[:, b], self.nodes, rows[:, b], left=0.0) for b in lanes]
-        return np.where(s > 0, np.stack(values, axis=1), 0.0)
-
-    def wrap_exit(self, s: np.ndarray, *, slipped: bool = True) -> tuple[np.ndarray, np.ndarray]:
-        """(y, alpha) of what leaves the tail and the head pulley at travel s, each shape (2, ..., batch); slipped: once
-        friction has let the belt go there, for travels (n, batch) that the march has been to."""
-        line = self.line
-        tail, head = self.state_at(s - line.wrap_tail, 0, 2), self.state_at(s - line.wrap_head, 2, 4)
-        # round a canted tail pulley the belt follows y + gamma z = const, in all y_2 = y_1 + 2 R gamma; what lay on it
-        # at travel 0 gains only what was left of its way: R gamma (1 - cos(s/R))
-        turned = np.clip(s / line.tail_radius, 0.0, np.pi)
-        tail[0] += line.tail_radius * line.cant * line.direction * (1 - np.cos(turned))
-        for fault in self.faults:
-            slid = fault.creep(s, line, np.stack([tail[1], head[1]]))
-            tail[0] += slid[0]
-            head[0] += slid[1]
-        if not slipped or not self.gone.any():
-            return tail, head
-        gone = np.stack([self.interpolate(self.gone[:, k], s) for k in range(4)])
-        return tail + gone[:2], head + gone[2:]
 
 
 class SpanTable:
@@ -206,37 +139,84 @@ _ROWS = ("run_up", "run_off")
 _SHARES = (0.0, 0.5, 1.0)  # of the way from the least tension to the most; a response is a parabola through these
 
 
-def march_line(line: Line, faults: Sequence[Fault], reach: float) -> DelayHistory:
-    """Run a batch of lines over ``reach`` metres of travel."""
-    past = DelayHistory(line, faults, reach)
-    equation = _DelayEquation(past, faults)
-    y = sum((f.initial_state(np.zeros(len(line.stress)), line) for f in past.initial), np.zeros_like(past.state[0]))
-    last = len(past.nodes) - 1
-    for k in range(last):
-        y = equation.step(k, y)
-    equation.rates(past.nodes[last], last - 1, y, equation.here, last)
-    return past
+class BeltMarch:
+    """The equations of motion of a batch of lines, and their computed past.
 
+    nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head; tail_yaw, head_yaw: (n, batch) as they
+    really are; bent: curvature at the run-ups, (n, 2, batch); gone: how far friction has let the belt go where it
+    leaves, (y, alpha) of the tail, then of the head pulley, (n, 4, batch); spans: the one that runs to the tail and the
+    one that runs to the head pulley; of: hook -> the faults that have it; applied_loads: the loads on the spans.
+    """
 
-class _DelayEquation:
-    """The equations of motion with their history so far."""
+    def __init__(self, line: Line, faults: Sequence[Fault], reach: float) -> None:
+        longest = min(line.wrap_tail.min(), line.wrap_head.min()) / STEPS_A_WRAP
+        steps = [float(s) for s in np.unique(line.yaw_at) if 0 < s < reach]
+        edges = [0.0, *(e for s in steps for e in (s - _BEFORE, s)), reach]  # every yaw step between two nodes
+        counts = [max(1, int(np.ceil((b - a) / longest - 1e-9))) for a, b in pairwise(edges)]
+        parts = [np.linspace(a, b, n, endpoint=False) for (a, b), n in zip(pairwise(edges), counts, strict=True)]
+        self.line, self.nodes = line, np.append(np.concatenate(parts), reach)
+        count, batch = len(self.nodes), len(line.stress)
+        self.state, self.slope, self.gone = np.zeros((3, count, 4, batch))
+        self.tail_yaw, self.head_yaw = np.zeros((2, count, batch))
+        self.bent = np.zeros((count, 2, batch))
 
-    def __init__(self, past: DelayHistory, faults: Sequence[Fault]) -> None:
-        self.history, self.line, self.nodes = past, past.line, past.nodes
-        hooks = ("yaw", "yaw_head", "turn", "recall", "slide", "tension")
-        self.of = {hook: [f for f in faults if has_hook(f, hook)] for hook in hooks}
-        line = past.line
-        self.here = past.wrap_exit(np.zeros(len(line.stress)), slipped=False)  # what leaves the pulleys at this node
+        self.of = {hook: [f for f in faults if has_hook(f, hook)] for hook in FAULT_HOOKS}
+        self.applied_loads = [
+            AppliedLoad(f, load, (line.direction > 0) == load.upper, np.zeros(batch), np.zeros((count, batch)))
+            for f in faults
+            for load in f.loads(line)
+        ]
+        both, swings = (True, False), [f.swing for f in self.of["tension"]]
+        self.spans = tuple(line.span(to_tail=to_tail) for to_tail in both)
+        self.changed_spans = tuple([SpanTable(f, line, to_tail) for f in self.of["sections"]] for to_tail in both)
+        self.least, self.most = (sum((swing[i] for swing in swings), 0 * line.stress) for i in (0, 1))
+        self.slacker = [
+            [line.span(1 + self.least + (self.most - self.least) * t, to_tail=to_tail) for t in _SHARES if swings]
+            for to_tail in both
+        ]
+
         self.sticks = ~np.isfinite(line.friction)
         self.slips = not self.sticks.all()
         self.soft = 1 + line.cover * line.bending
         self.yields = bool(np.any(line.compliance))
-        swings = [f.swing for f in self.of["tension"]]
-        self.least, self.most = (sum((swing[i] for swing in swings), 0 * line.stress) for i in (0, 1))
-        self.slacker = [
-            [line.span(1 + self.least + (self.most - self.least) * t, to_tail=to_tail) for t in _SHARES if swings]
-            for to_tail in (True, False)
-        ]
+        self.here = self.wrap_exit(np.zeros(batch), slipped=False)  # what leaves the pulleys at this node
+
+    def state_at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
+        """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch)."""
+        k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
+        rows = np.arange(first, last).reshape(-1, *(1,) * s.ndim)
+        lanes = np.arange(s.shape[-1])
+        h = self.nodes[k + 1] - self.nodes[k]
+        left, before, right, after = (a[j, rows, lanes] for j in (k, k + 1) for a in (self.state, self.slope))
+        t = (s - self.nodes[k]) / h  # cubic Hermite interpolation, from values and slopes
+        since = left + t * t * (3 - 2 * t) * (right - left) + h * t * (1 - t) * ((1 - t) * before - t * after)
+        return np.where(
+            s < 0, sum((f.initial_state(s, self.line)[first:last] for f in self.of["initial_state"]), 0.0), since
+        )
+
+    def interpolate(self, rows: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """What was kept at the nodes, shape (nodes, batch), linear between them at travel s (n, batch); 0 up to 0."""
+        lanes = range(s.shape[1])
+        values = [np.interp(s[:, b], self.nodes, rows[:, b], left=0.0) for b in lanes]
+        return np.where(s > 0, np.stack(values, axis=1), 0.0)
+
+    def wrap_exit(self, s: np.ndarray, *, slipped: bool = True) -> tuple[np.ndarray, np.ndarray]:
+        """(y, alpha) of what leaves the tail and the head pulley at travel s, each shape (2, ..., batch); slipped: once
+        friction has let the belt go there, for travels (n, batch) that the march has been to."""
+        line = self.line
+        tail, head = self.state_at(s - line.wrap_tail, 0, 2), self.state_at(s - line.wrap_head, 2, 4)
+        # round a canted tail pulley the belt follows y + gamma z = const, in all y_2 = y_1 + 2 R gamma; what lay on it
+        # at travel 0 gains only what was left of its way: R gamma (1 - cos(s/R))
+        turned = np.clip(s / line.tail_radius, 0.0, np.pi)
+        tail[0] += line.tail_radius * line.cant * line.direction * (1 - np.cos(turned))
+        for fault in self.of["creep"]:
+            slid = fault.creep(s, line, np.stack([tail[1], head[1]]))
+            tail[0] += slid[0]
+            head[0] += slid[1]
+        if not slipped or not self.gone.any():
+            return tail, head
+        gone = np.stack([self.interpolate(self.gone[:, k], s) for k in range(4)])
+        return tail + gone[:2], head + gone[2:]
 
     def step(self, k: int, y: np.ndarray) -> np.ndarray:
         """One Runge-Kutta step from node k."""
@@ -252,7 +232,7 @@ class _DelayEquation:
             turn, aside = (np.where(changed, x, 0.0) for x in gone)
             y = y + np.stack([aside[0], -turn[0], aside[1], -turn[1]])
         k1, still = self.rates(s, k, y, self.here, k), np.zeros(len(self.line.stress))
-        half, whole = (self.history.wrap_exit(s + share * h + still, slipped=False) for share in (0.5, 1.0))
+        half, whole = (self.wrap_exit(s + share * h + still, slipped=False) for share in (0.5, 1.0))
         k2 = self.rates(s + h / 2, k, y + h / 2 * k1, half)
         k3 = self.rates(s + h / 2, k, y + h / 2 * k2, half)
         k4 = self.rates(s + h, k, y + h * k3, whole)
@@ -261,19 +241,19 @@ class _DelayEquation:
 
     def rates(self, s, k, y, past, node=None):
         """Rate of change of the state per metre of travel, under the commands of step k; at a node, the state, this
-        rate and what acts there are kept."""
-        line, kept = self.line, self.history
+        rate and what acts there are self."""
+        line = self.line
         kappa, beta, beta_head = self.curvatures(s, k, y, past, node)
         turn = sum((f.turn(s, line, y[::2], kappa) for f in self.of["turn"]), kappa * self.soft)
         for fault in self.of["recall"]:
-            turn = turn + fault.recall(s, self.history)
+            turn = turn + fault.recall(s, self)
         drift = y[1::2]
         for fault in self.of["slide"]:
             drift = drift * fault.slide(s, line, y[1::2])
         rates = -np.stack([drift[0], turn[0], drift[1], turn[1]])
         if node is not None:
-            kept.state[node], kept.slope[node] = y, rates
-            kept.tail_yaw[node], kept.head_yaw[node], kept.bent[node] = beta, beta_head, kappa
+            self.state[node], self.slope[node] = y, rates
+            self.tail_yaw[node], self.head_yaw[node], self.bent[node] = beta, beta_head, kappa
         return rates
 
     def curvatures(self, s, k, y, past, node=None):
@@ -295,13 +275,13 @@ class _DelayEquation:
             ends = _ends(y, past, beta, beta_head)
             bent = np.stack([dot(to_head.run_off, *ends[1]), dot(to_tail.run_off, *ends[0])])
             bent = bent + self._load_curvatures(s, ends, None)[1][::-1]
-            stiff, kept = -np.stack([to_head.run_off[1], to_tail.run_off[1]]), self.history
+            stiff = -np.stack([to_head.run_off[1], to_tail.run_off[1]])
             back = (np.broadcast_to(s - wrap, line.stress.shape)[None] for wrap in (line.wrap_tail, line.wrap_head))
-            landed = np.stack([kept.interpolate(kept.bent[:, k], there)[0] for k, there in enumerate(back)])
+            landed = np.stack([self.interpolate(self.bent[:, k], there)[0] for k, there in enumerate(back)])
             turn, aside = slip_turn(bent - landed, stiff, line, self.sticks)
             gone = np.stack([aside, turn], axis=1)  # how far friction lets go what leaves the tail and the head pulley
             if node is not None:
-                kept.gone[node] = gone.reshape(4, -1)
+                self.gone[node] = gone.reshape(4, -1)
             past = past[0] + gone[0], past[1] + gone[1]
         ends = _ends(y, past, beta, beta_head)
         kappa = np.stack([dot(to_tail.run_up, *ends[0]), dot(to_head.run_up, *ends[1])])
@@ -319,7 +299,7 @@ class _DelayEquation:
     def _load_curvatures(self, s, ends, node):
         """Curvature that the loads add at the run-ups and at the run-offs of the two spans, each shape (2, batch)."""
         added_up, added_off = np.zeros((2, 2, len(self.line.stress)))
-        for applied in self.history.applied_loads:
+        for applied in self.applied_loads:
             load, to_tail = applied.load, applied.to_tail
             off, up = (np.where(to_tail, *both) for both in zip(*ends, strict=True))
             acts, kept = applied.fault.push(s, self.line, load, dot(load.row, off, up), applied.now)
@@ -332,7 +312,7 @@ class _DelayEquation:
 
     def _responses(self, s: float, ends) -> tuple[SpanResponse, SpanResponse]:
         """Of the spans that run to the tail and to the head pulley, given (y, theta) at their ends."""
-        spans = self.history.spans
+        spans = self.spans
         if self.of["tension"]:
             change, width = sum(f.tension(s, self.line) for f in self.of["tension"]), self.most - self.least
             t = np.divide(change - self.least, width, out=0 * width, where=width > 0)
@@ -342,14 +322,26 @@ class _DelayEquation:
                 for span, rows in zip(spans, self.slacker, strict=True)
             )
             spans = to_tail, to_head
-        if not any(self.history.changed_spans):
+        if not any(self.changed_spans):
             return spans
         changed = []
-        for span, tables, at in zip(spans, self.history.changed_spans, ends, strict=True):
+        for span, tables, at in zip(spans, self.changed_spans, ends, strict=True):
             for table in tables:
                 span = replace(span, **{n: getattr(span, n) + x for n, x in table.added_at(s, at).items()})
             changed.append(span)
         return changed[0], changed[1]
+
+
+def march_line(line: Line, faults: Sequence[Fault], reach: float) -> BeltMarch:
+    """Run a batch of lines over ``reach`` metres of travel."""
+    march = BeltMarch(line, faults, reach)
+    at_rest = np.zeros(len(line.stress))
+    y = sum((f.initial_state(at_rest, line) for f in march.of["initial_state"]), np.zeros_like(march.state[0]))
+    last = len(march.nodes) - 1
+    for k in range(last):
+        y = march.step(k, y)
+    march.rates(march.nodes[last], last - 1, y, march.here, last)
+    return march
 
 
 def _ends(y, past, beta, beta_head):
@@ -434,7 +426,7 @@ TILTS = {"upper_mid_span": 1.0, "lower_mid_span": -1.0}  # direction in which th
 
 
 def perfect_reading(
-    history: DelayHistory, faults: Sequence[Fault], place: str, s: np.ndarray, before: float = 0.0
+    history: BeltMarch, faults: Sequence[Fault], place: str, s: np.ndarray, before: float = 0.0
 ) -> np.ndarray:
     """What a perfect sensor sees at travel s (n, batch), or a hair before: the belt and its edge [m], where the sensor
     looked, or the tilt of a span [rad]."""
@@ -450,7 +442,7 @@ def perfect_reading(
     return sum((f.edge(place, s, line) for f in faults), seen)
 
 
-def _tilt(history: DelayHistory, s: np.ndarray, to_tail: bool) -> np.ndarray:
+def _tilt(history: BeltMarch, s: np.ndarray, to_tail: bool) -> np.ndarray:
     """phi at the middle of the span that runs to the tail (or to the head) pulley, from its ends and its loads."""
     line = history.line
     here, (tail_off, head_off) = line.along_bent_axes(history.state_at(s), history.wrap_exit(s))
