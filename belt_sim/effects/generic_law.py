@@ -409,7 +409,8 @@ def law_of_entry(entry: Mapping[str, Any], found: bool = False) -> SizedLaw:
 def _term_of(given: Any, where: str, found: bool) -> tuple[Term, list[float]]:
     """The term of an entry, and its sizes."""
     one = _Entry(given, where, ("place", "points", "variable", "shape", "course", "timed", *TERM_NUMBERS))
-    name, points = one.choice("place", (*PLACES, "sensor")), one.given.get("points")
+    name = one.choice("place", (*PLACES, "sensor"))
+    points: Any = one.given.get("points")
     if name != "sensor":
         if points is not None:
             one.refuse("points", "only place: sensor has points")

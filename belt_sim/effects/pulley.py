@@ -3,6 +3,7 @@ contact with the belt: a soft cover, a film of air or water, lift-off along a la
 
 from dataclasses import replace
 from functools import reduce
+from typing import Any
 
 import jax.numpy as jnp
 
@@ -11,8 +12,9 @@ from belt_sim.line.runup import add, sag_angle
 from belt_sim.line.span import solve_by_halves
 
 _CONE = "ppm of the radius per m of width"
-_TAPER = (1e6, _CONE)
-_BULGE = "‰ of the radius 1 m from the middle"  # of R (1 - c y^2/2)
+_TAPER: Any = {"plausible": (-1e-3, 1e-3), "scale": 2e-5, "shop": (1e6, _CONE)}
+#: of R (1 - c y^2/2)
+_CROWN: Any = {"plausible": (-0.5, 0.5), "scale": 5e-3, "shop": (500.0, "‰ of the radius 1 m from the middle")}
 
 
 @effect
@@ -29,12 +31,8 @@ class Taper(PartOfScene):
         f"{CHECK_DIAMETERS} A belt that is thicker at one edge does the same on both pulleys. {TURN_OVER}",
     )
     part, of = "taper", ("kappa_t", "kappa_t_head")
-    kappa_t: float = parameter(
-        "1/m", "taper of the tail pulley (+: thicker at +y)", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER
-    )
-    kappa_t_head: float = parameter(
-        "1/m", "taper of the head pulley (+: thicker at +y)", plausible=(-1e-3, 1e-3), scale=2e-5, shop=_TAPER
-    )
+    kappa_t: float = parameter("1/m", "taper of the tail pulley (+: thicker at +y)", **_TAPER)
+    kappa_t_head: float = parameter("1/m", "taper of the head pulley (+: thicker at +y)", **_TAPER)
 
     def runup(self, runup, state, case):
         return add(runup, turn=jnp.stack([self.kappa_t, self.kappa_t_head]))
@@ -82,10 +80,8 @@ class Crown(Effect):
     reference = "docs/theory.md"
     parity = "odd"
     cause = Cause("the {pulley} pulley is crowned or hollow", ("tail", "head"), CHECK_DIAMETERS)
-    c: float = parameter("1/m2", "crown of the tail pulley", plausible=(-0.5, 0.5), scale=5e-3, shop=(500.0, _BULGE))
-    c_head: float = parameter(
-        "1/m2", "crown of the head pulley", plausible=(-0.5, 0.5), scale=5e-3, shop=(500.0, _BULGE)
-    )
+    c: float = parameter("1/m2", "crown of the tail pulley", **_CROWN)
+    c_head: float = parameter("1/m2", "crown of the head pulley", **_CROWN)
 
     def runup(self, runup, state, case):
         return add(runup, turn=-jnp.stack([self.c, self.c_head]) * (state.y + case.settings.y0))

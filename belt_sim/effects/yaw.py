@@ -139,6 +139,9 @@ class UnequalTension(_YawError):
     )
 
 
+_CANT: Any = {"plausible": (-5e-3, 5e-3), "scale": 2e-4}
+
+
 @effect
 class Cant(PartOfScene):
     """An axis raised by gamma towards +y moves the belt along the wrap, y + gamma z = const, by 2 R gamma.
@@ -160,10 +163,8 @@ class Cant(PartOfScene):
         "Put a machinist's level on the shaft of the {pulley} pulley.",
     )
     part, of = "cant", ("gamma", "gamma_head")
-    gamma: float = parameter("rad", "cant of the tail pulley (+: higher at +y)", plausible=(-5e-3, 5e-3), scale=2e-4)
-    gamma_head: float = parameter(
-        "rad", "cant of the head pulley (+: higher at +y)", plausible=(-5e-3, 5e-3), scale=2e-4
-    )
+    gamma: float = parameter("rad", "cant of the tail pulley (+: higher at +y)", **_CANT)
+    gamma_head: float = parameter("rad", "cant of the head pulley (+: higher at +y)", **_CANT)
 
     def wrap(self, runoff, state, case):
         rig = case.rig

@@ -173,7 +173,13 @@ def close_loop(
     )  # fmt: skip
     time = sample * np.arange(len(yaw))
     drawn = {} if linear is None else _open_loop(space, linear, point=point, late=late, sample=sample, delay=delay)
-    curves = {"travel": time * plant.speed, "y": shown, "measured": measured, "command": command, "yaw": yaw}
+    curves: dict[str, Any] = {
+        "travel": time * plant.speed,
+        "y": shown,
+        "measured": measured,
+        "command": command,
+        "yaw": yaw,
+    }
     return ClosedLoop(plant=plant, point=point, time=time, **curves, **drawn)
 
 

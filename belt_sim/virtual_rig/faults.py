@@ -218,7 +218,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     "weld": {
         "words": "A kink of the belt over a raised cosine; at travel 0 ``at`` along it from point 4 over 1, 2, 3.",
         "angle": size("rad", 2e-4, 2e-3),
-        "at": between(5.64, 0.0, 1.0, "belt_length", np.arange(8) / 8),
+        "at": between(5.64, 0.0, 1.0, "belt_length", [k / 8 for k in range(8)]),
         "turn": _weld_turn,
         "read": _weld_read,
         "scene": _weld_scene,

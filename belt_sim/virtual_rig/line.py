@@ -88,11 +88,11 @@ def solve_span(
     count = 2**DOUBLINGS
     # of every element, (batch, 1), or (batch, elements) of a span that changes along its way
     stated = (bending, sections.bending), (force, sections.tension), (torsion, sections.torsion)
-    factors = [
+    rows = [
         value[:, None] * np.reshape(factor, np.shape(factor) if np.ndim(factor) == 2 else (-1, 1))
         for value, factor in (*stated, (sag_curvature, sections.sag))
     ]
-    factors = np.broadcast_arrays(*factors)
+    factors = np.broadcast_arrays(*rows)
     pieces = element(np.broadcast_to(length[:, None] / count, factors[0].shape), *factors)
     if np.any(sections.roll_spring):
         pieces = np.broadcast_to(pieces, (len(length), count, 8, 8)).copy()
@@ -306,7 +306,8 @@ def unit_load(line: Line, upper: bool, kind: str, share=None) -> UnitLoad:
     spread_roll, 1 N m per m about the long axis, lifting the side y > 0; roll_at_tail, 1 rad of roll, the side y > 0
     up, of the tail pulley where the span meets it.
     """
-    count, to_tail, tilts = 2**DOUBLINGS, (line.direction > 0) == upper, ()
+    count, to_tail = 2**DOUBLINGS, (line.direction > 0) == upper
+    tilts: tuple[np.ndarray, ...] = ()
     h, lanes = line.span_length / count, np.arange(len(line.stress))
     loads = np.zeros((len(lanes), count + 1, 4))  # on the nodes: force, couples, and on the slope of the tilt
     if kind == "roll_at_tail":

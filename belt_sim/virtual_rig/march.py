@@ -107,14 +107,13 @@ def _zones():
     step = 1.0 / _STEPS
     while (open_ := side > 0).any():
         before = moment, angle, aside
-        begin = moment, angle, side
-        at = begin
-        for part in (0.5, 1.0):  # by the midpoint rule, with the slopes of M, theta and S per width
+        begin = at = [moment, angle, side]
+        for way in (0.5, 1.0):  # by the midpoint rule, with the slopes of M, theta and S per width
             moment, angle, pushed = at
             far = np.abs(angle) / np.maximum(np.abs(moment), _FAINT)  # theta/theta'
             lean = far * np.arcsinh(0.5 / np.maximum(far, _FAINT))
             slopes = 0.5 * np.sqrt(0.25 + far**2) - far * lean + pushed, moment, -2 * lean
-            at = [x + part * step * dx for x, dx in zip(begin, slopes, strict=True)]
+            at = [x + way * step * dx for x, dx in zip(begin, slopes, strict=True)]
         moment, angle, side_after = at
         aside = aside + step * (before[1] + angle) / 2
         ends = open_ & (side_after <= 0)
@@ -167,7 +166,7 @@ class BeltMarch:
             for load in f.loads(line)
         ]
         both, swings = (True, False), [f.swing for f in self.of["tension"]]
-        self.spans = tuple(line.span(to_tail=to_tail) for to_tail in both)
+        self.spans = line.span(), line.span(to_tail=False)
         self.changed_spans = tuple([SpanTable(f, line, to_tail) for f in self.of["sections"]] for to_tail in both)
         self.least, self.most = (sum((swing[i] for swing in swings), 0 * line.stress) for i in (0, 1))
         self.slacker = [
