@@ -19,8 +19,8 @@ from belt_sim.effects.law import (
     BY_THE_BELT,
     COURSES,
     EXTERNAL_VARIABLES,
+    LAW_PLACES,
     PLACE_KINDS,
-    PLACES,
     PULLEYS,
     RELATIVE,
     SHAPES,
@@ -409,12 +409,12 @@ def law_of_entry(entry: Mapping[str, Any], found: bool = False) -> SizedLaw:
 def _term_of(given: Any, where: str, found: bool) -> tuple[Term, list[float]]:
     """The term of an entry, and its sizes."""
     one = _Entry(given, where, ("place", "points", "variable", "shape", "course", "timed", *TERM_NUMBERS))
-    name = one.choice("place", (*PLACES, "sensor"))
+    name = one.choice("place", (*LAW_PLACES, "sensor"))
     points: Any = one.given.get("points")
     if name != "sensor":
         if points is not None:
             one.refuse("points", "only place: sensor has points")
-        place = PLACES[name]
+        place = LAW_PLACES[name]
     else:
         readable = isinstance(points, Sequence) and points
         if not readable or any(p not in SENSOR_POINTS or isinstance(p, bool) for p in points):

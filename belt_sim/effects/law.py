@@ -245,7 +245,7 @@ class Place:
 
 
 #: every place that does not depend on the sensors, by name
-PLACES = {
+LAW_PLACES = {
     place.name: place
     for place in (
         *(Place(kind, where) for kind in AT_PULLEYS for where in (*PULLEYS, "both")),

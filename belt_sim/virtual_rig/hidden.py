@@ -91,7 +91,10 @@ class Detectability:
     """
 
     def __init__(self, plan: Plan, noise: Noise, law: str, faults: tuple[Fault, ...] = ()) -> None:
-        self.plan, self.noise, self.law, travel = plan, noise.with_true_level(), law, plan.travel
+        self.plan, self.law, travel = plan, law, plan.travel
+        length = noise.wander_length if noise.true_length is None else noise.true_length
+        scaled: dict = {n: noise.scale * getattr(noise, n) for n in ("white", "wander_sd", "tilt_white")}
+        self.noise = replace(noise, **scaled, wander_length=length, scale=1.0, true_length=None)  # stated as it is
         self.base, self.clean, moved = sensitivities(plan, law, faults)
         self.roots, lanes = [], np.eye(self.clean.shape[2])
         found = [change for name, change in moved.items() if name not in ("tension", "yaw")]

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -138,9 +138,3 @@ class Noise:
             else SignalSheet(name=name, at=place, kind="tilt", unit="mrad", white=self.tilt_white)
             for name, place in plan.signals.items()
         )
-
-    def with_true_level(self) -> "Noise":
-        """The noise as it is, stated so."""
-        length = self.wander_length if self.true_length is None else self.true_length
-        scaled = {n: self.scale * getattr(self, n) for n in ("white", "wander_sd", "tilt_white")}
-        return replace(self, **scaled, wander_length=length, scale=1.0, true_length=None)

@@ -12,7 +12,7 @@ from paper_cases import paper_case
 
 import belt_sim as bs
 from belt_sim.effects.generic_law import law_effect
-from belt_sim.effects.law import PLACES, Form, Law, SizedLaw, Term
+from belt_sim.effects.law import LAW_PLACES, Form, Law, SizedLaw, Term
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.influence import stretch_adds, stretch_response
 from belt_sim.line.span import strip
@@ -86,7 +86,7 @@ def changes_of(plan: Plan, runs: int, what) -> np.ndarray:
 
 
 def law(place: str, form: Form, size: float):
-    content = SizedLaw(Law((Term(PLACES[place], form),)), (size,), 1e7)
+    content = SizedLaw(Law((Term(LAW_PLACES[place], form),)), (size,), 1e7)
     return law_effect(content)()
 
 

@@ -13,7 +13,7 @@ from belt_sim.discovery.linear_search import unexplained_elsewhere
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
 from belt_sim.discovery.words import _by_how_much, _place_and_terms, formula, looks_like
-from belt_sim.effects.law import PLACES, Form, Law, Term
+from belt_sim.effects.law import LAW_PLACES, Form, Law, Term
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.span import response, strip, with_change
 
@@ -101,7 +101,7 @@ def test_a_yaw_that_nothing_drives_is_told_by_its_course(course, said):
 def test_a_stretch_of_the_belt_is_told_as_so_much_more_or_less_of_it(size, said):
     data = surveyed()
     form = Form("none", course="belt_section", at=1.2, wide=0.1)
-    term = Term(next(p for p in PLACES.values() if p.name == "bending_carried"), form)
+    term = Term(next(p for p in LAW_PLACES.values() if p.name == "bending_carried"), form)
     length = abs(size) * float(data.bench.samples.cases.rig.span_length)
     made = SimpleNamespace(
         scored=SimpleNamespace(law=Law((term,))), estimates=lambda: {"size": (size, 1e-4, "1"), "at": (1.2, 0.01, "m")}

@@ -12,7 +12,7 @@ import yaml
 import belt_sim as bs
 from belt_sim.api.simulate import effects_of
 from belt_sim.effects.generic_law import law_effect, law_entry, law_of_entry, yaml_number
-from belt_sim.effects.law import COURSES, ONE_SIDED, PLACES, SHAPES, VARIABLES, Form, Law, Place, SizedLaw, Term
+from belt_sim.effects.law import COURSES, LAW_PLACES, ONE_SIDED, SHAPES, VARIABLES, Form, Law, Place, SizedLaw, Term
 from belt_sim.effects.load import load_effects, save_effects
 from belt_sim.errors import BeltError, CannotRepresent
 from belt_sim.line.hooks import overrides
@@ -28,7 +28,7 @@ CURVES = json.loads(
 EVERY = 50  # records
 #: of what a change does in 25 m: powers stand for it, within 2 % of a span's response (test_stiffness)
 BETWEEN_CHANGES = 0.06
-PLACES = PLACES | {
+PLACES = LAW_PLACES | {
     "sensor_y1": Place("sensor", "y1", (("y1", 1),)),
     "sensor_y4": Place("sensor", "y4", (("y4", 4),)),
     "sensor_all": Place("sensor", "all", (("y1", 1), ("y4", 4))),

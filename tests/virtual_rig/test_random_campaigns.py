@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig import Noise, random_campaign
+from belt_sim.virtual_rig import Noise, Plan, random_campaign
 from belt_sim.virtual_rig.hidden import (
     BLIND_FAULTS,
     DEVELOPMENT_FAULTS,
@@ -79,7 +79,7 @@ def test_noise_is_far_off_only_where_repeats_tell():
 
 
 def test_true_noise_is_what_is_measured():
-    noise = Noise(scale=2.0, true_length=7.0).with_true_level()
+    noise = Detectability(Plan(length=5.0, spacing=1.0), Noise(scale=2.0, true_length=7.0), "beam_th2").noise
     assert (noise.white, noise.wander_sd, noise.wander_length) == (4e-5, 1e-4, 7.0)
     assert noise.scale == 1.0
 
