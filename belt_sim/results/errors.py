@@ -1,6 +1,7 @@
 """How far a model is from a campaign: by run, by condition, and where it fails; a comparison of both, and what pictures
 draw of it in the units people read."""
 
+import operator
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from typing import Annotated, Any
@@ -10,7 +11,7 @@ from pydantic import BeforeValidator, Field, PlainSerializer, computed_field, mo
 
 from belt_sim.campaign.types import Kind
 from belt_sim.results import words
-from belt_sim.results.estimates import Array, Free, MachineSizes, StoredEffect, file_field, is_empty
+from belt_sim.results.estimates import Array, Free, MachineSizes, StoredEffect, file_field
 from belt_sim.results.simulation import SETTING_DIGITS
 from belt_sim.results.words import Display, Table, dataset
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
@@ -288,7 +289,7 @@ class Comparison(Display):
     drawings: Annotated[Drawings, Field(exclude=True)] = field(default_factory=Drawings)
     beyond: Annotated[tuple[str, ...], file_field("beyond_validity", omit_empty=True)] = ()
 
-    @computed_field(exclude_if=is_empty)  # type: ignore[prop-decorator]
+    @computed_field(exclude_if=operator.not_)  # type: ignore[prop-decorator]
     @property
     def drift(self) -> list[Drift]:
         """Return the drifts of all fitted parameters, before and after effects were added."""

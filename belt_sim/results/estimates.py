@@ -6,6 +6,7 @@ is left out where it is empty. People read fitted numbers in degrees, mm at the 
 """
 
 import math
+import operator
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -39,7 +40,7 @@ def file_field(name: str, unit: float = 1.0, *, digits: int | None = None, omit_
 
     digits: significant digits that are written; omit_empty: an empty value (None, "", no entries) is not written.
     """
-    info = Field(alias=name, exclude_if=is_empty if omit_empty else None)
+    info = Field(alias=name, exclude_if=operator.not_ if omit_empty else None)
 
     def to_file(value: float | None, serialization: SerializationInfo) -> float | None:
         if value is None or not serialization.by_alias:
@@ -53,11 +54,6 @@ def file_field(name: str, unit: float = 1.0, *, digits: int | None = None, omit_
         info.metadata.append(AfterValidator(from_file))
         info.metadata.append(PlainSerializer(to_file, return_type=float | None))
     return info
-
-
-def is_empty(value: Any) -> bool:
-    """Return whether there is nothing to write: None, no text, no entries."""
-    return value is None or (isinstance(value, str | tuple | list | dict) and not value)
 
 
 #: an array of numbers, written as a list; NaN is written as null
