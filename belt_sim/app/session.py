@@ -130,7 +130,9 @@ NAMED_GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the na
 @dataclass
 class Import:
     """Files as read, and what they mean with ``answers``: what was written into fields, "" where one was emptied;
-    all_questions: those that were ever put; errors: what is wrong.
+    all_questions: those that were ever put; errors: what is wrong. By the last ``understand``: lacks: why no campaign
+    can be made yet, "" when one can; questions: open and answered ones that have no place in the tables of columns and
+    runs; runs: what is known of each.
     """
 
     logged: LoggedTables
@@ -140,6 +142,9 @@ class Import:
     proposal: Proposal | None = None
     errors: list[str] = field(default_factory=list)
     answered: bool = True
+    lacks: str = ""
+    questions: list[Question] = field(default_factory=list)
+    runs: dict[str, dict[str, Any]] = field(default_factory=dict)
 
     def note(self, place: Place, value: Any) -> None:
         """Take an answer; a machine or belt given by its name needs no numbers."""
@@ -165,32 +170,18 @@ class Import:
         except BeltError as error:
             self.errors = str(error).splitlines()
 
-    @property
-    def lacks(self) -> str:
-        """Why no campaign can be made yet; "" when one can."""
-        if self.errors or self.proposal is None:
-            return f"Not yet: {' '.join(self.errors[:1])}"
-        missing = self.proposal.missing
-        more = f" And {len(missing) - 1} more." if len(missing) > 1 else ""
-        return f"Not yet: {missing[0].text.rstrip('?')}?{more}" if missing else ""
-
-    @property
-    def questions(self) -> list[Question]:
-        """Open and answered questions that have no place in the tables of columns and runs."""
         missing = self.proposal.missing if self.proposal else ()
+        more = f" And {len(missing) - 1} more." if len(missing) > 1 else ""
+        self.lacks = f"Not yet: {missing[0].text.rstrip('?')}?{more}" if missing else ""
+        if self.errors:
+            self.lacks = f"Not yet: {self.errors[0]}"
         put = {p for p, a in self.answers.items() if a} | {q.path for q in missing}
-        return [q for place, q in self.all_questions.items() if place in put and place[0] != "runs"]
-
-    @property
-    def runs(self) -> dict[str, dict[str, Any]]:
-        """What is known of every run."""
+        self.questions = [q for place, q in self.all_questions.items() if place in put and place[0] != "runs"]
         stated = self.proposal.mapping.get("runs", {}) if self.proposal else {}
-        found = {name: dict(run or {}) for name, run in stated.items()}
-        for place in (*self.all_questions, *self.answers):
-            if place[0] == "runs":
-                run = found.setdefault(place[1], {})
-                run[place[2]] = self.answers.get(place, run.get(place[2]))
-        return found
+        self.runs = {name: dict(run or {}) for name, run in stated.items()}
+        for place in (p for p in (*self.all_questions, *self.answers) if p[0] == "runs"):
+            run = self.runs.setdefault(place[1], {})
+            run[place[2]] = self.answers.get(place, run.get(place[2]))
 
 
 def read_mapping(name: str, data: bytes) -> dict[str, Any]:
