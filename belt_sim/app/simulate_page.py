@@ -84,11 +84,6 @@ class View:
     is_stale: bool = False
     busy: bool = False
 
-    def add_effect(self, effect_id: str) -> dict[str, float]:
-        """The numbers of an effect, where its sliders start if it is new."""
-        start = {n: reach(p)[2] for n, p in library()[effect_id].parameters.items()}
-        return self.effects.setdefault(effect_id, start)
-
     @classmethod
     def of_address(cls, asked: Mapping[str, str]) -> "View":
         """The view that an address names; what it states wrongly is as at first, or at the end of its slider, and
@@ -102,7 +97,10 @@ class View:
                 view.values[name] = view.values[name] if wanted else text
             elif name in view.values or parameter in known:
                 low, high = reach(known[parameter])[:2] if parameter else SLIDERS.get(name, ("", 0.0, 0.0, 1e6))[2:4]
-                own, key = (view.add_effect(effect), parameter) if parameter else (view.values, name)
+                own, key = view.values, name
+                if parameter:
+                    start = {n: reach(p)[2] for n, p in known.items()}
+                    own, key = view.effects.setdefault(effect, start), parameter
                 try:
                     value = float(text)
                 except ValueError:
@@ -249,8 +247,8 @@ def _choices(view: View) -> None:
 
         async def choose(ids: list[str]) -> None:
             view.effects = {i: numbers for i, numbers in view.effects.items() if i in ids}
-            for i in ids:
-                view.add_effect(i)
+            for i in (i for i in ids if i not in view.effects):
+                view.effects[i] = {n: reach(p)[2] for n, p in library()[i].parameters.items()}
             sizes.refresh()
             await view.change()
 
