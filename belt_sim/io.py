@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -175,9 +176,7 @@ def provenance(config: Any = None) -> dict[str, Any]:
     """
     program = sys.argv[0] if sys.argv[0].startswith(("python -m ", "belt-sim ")) else "belt-sim"
     typed = [a for a in sys.argv[1:] if not a.startswith("hydra.job.name=")]  # the command's name
-    return {
-        "versions": {p: version_of(p) for p in PACKAGES} | {"python": sys.version.split()[0]},
-        "commit": None if INSTALLED or not (ROOT / ".git").exists() else _head(ROOT),
+    return code_origin() | {
         "command": shlex.join([*program.split(), *typed]),
         "config_sha256": config_hash(config) if config is not None else None,
     }
@@ -189,22 +188,21 @@ def config_hash(config: Any) -> str:
 
 
 @cache
-def version_of(package: str) -> str | None:
-    try:
-        return version(package)
-    except PackageNotFoundError:
-        return None
-
-
-@cache
-def _head(checkout: Path) -> str | None:
-    try:
-        done = subprocess.run(
-            ["git", "-C", str(checkout), "rev-parse", "HEAD"], capture_output=True, text=True, timeout=5, check=False
-        )
-    except (OSError, subprocess.TimeoutExpired):
-        return None
-    return done.stdout.strip() or None
+def code_origin() -> dict[str, Any]:
+    """Versions of Python and the packages, and the commit of a checkout; None for what cannot be told."""
+    versions: dict[str, str | None] = dict.fromkeys(PACKAGES)
+    for package in PACKAGES:
+        with suppress(PackageNotFoundError):
+            versions[package] = version(package)
+    versions["python"] = sys.version.split()[0]
+    commit = None
+    if not INSTALLED and (ROOT / ".git").exists():
+        with suppress(OSError, subprocess.TimeoutExpired):
+            asked = ["git", "-C", str(ROOT), "rev-parse", "HEAD"]
+            commit = (
+                subprocess.run(asked, capture_output=True, text=True, timeout=5, check=False).stdout.strip() or None
+            )
+    return {"versions": versions, "commit": commit}
 
 
 @cache

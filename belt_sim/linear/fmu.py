@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.errors import InputError
-from belt_sim.io import version_of, write_with
+from belt_sim.io import code_origin, write_with
 from belt_sim.linear.plant import StateSpace, lying_at
 from belt_sim.units import N_PER_MM2
 
@@ -136,7 +136,7 @@ def _content(space: StateSpace, fmi: int) -> dict[str, Any]:
         f"wrapped arcs by {space.delay} of order {space.order}",
         "stop": f"{_TRAVEL / plant.speed:.6g}",
         "step": f"{_STEP / plant.speed:.6g}",
-        "version": version_of("belt-sim") or "0",
+        "version": code_origin()["versions"]["belt-sim"] or "0",
     }
     token = hashlib.sha256(repr(content).encode()).hexdigest()[:32]
     return content | {"token": token, "now": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")}
