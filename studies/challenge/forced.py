@@ -1,6 +1,7 @@
 """Whether searches that a diagnosis leaves out would change it: ``python -m studies.challenge.forced FOLDER[,MODEL]``.
 
-Each campaign (several may follow) is diagnosed as it is, and with every search for laws made in full; a line each.
+Each campaign (several may follow) is diagnosed with every search for laws made in full; a line each says what would be
+decided as the rule has it, and by which share of their difference in fit a search lifts something unknown.
 """
 
 import sys
@@ -10,20 +11,23 @@ from functools import partial
 
 import belt_sim as bs
 from belt_sim.api.simulate import campaign_model
-from belt_sim.diagnosis.decide import Decision
+from belt_sim.diagnosis.decide import Decision, EvidenceTable, Policy
 from belt_sim.errors import BeltError
 from belt_sim.jax_setup import prepare
 from studies.application import show_help
 
+Asked = tuple[bool, Decision, frozenset[frozenset[str]]]
+
 
 @contextmanager
-def every_search() -> Iterator[list[bool]]:
-    """Searches are made whatever they can change; yields, of every diagnosis, whether the rule would have made one."""
+def every_search() -> Iterator[list[Asked]]:
+    """Searches are made whatever they can change; yields, of every diagnosis, whether the rule would have made one,
+    what is decided without it, and the sets of effects beside which laws are fitted."""
     names = ("suspects_something_unknown", "could_change", "most_of_a_law")
-    rules, asked = {n: getattr(Decision, n) for n in names}, list[bool]()
+    rules, asked = {n: getattr(Decision, n) for n in names}, list[Asked]()
 
-    def search(decision: Decision, *given) -> bool:
-        asked.append(rules[names[0]](decision, *given))
+    def search(decision: Decision, table: EvidenceTable, policy: Policy) -> bool:
+        asked.append((rules[names[0]](decision, table, policy), decision, frozenset(decision.law_sets(table))))
         return not decision.instead
 
     made = (search, lambda *_, **__: True, lambda *_, **__: float("inf"))
@@ -36,10 +40,26 @@ def every_search() -> Iterator[list[bool]]:
             setattr(Decision, name, rule)
 
 
-def describe(found: bs.Diagnosis) -> str:
+def describe(found: bs.Diagnosis | Decision) -> str:
     """Verdict, named effects, and the probability of something unknown."""
-    unknown = sum(e.probability for e in found.considered if e.unknown)
-    return f"{found.verdict.value} {'+'.join(e.id for e in found.effects) or '-'}, unknown {unknown:.2%}"
+    plain = isinstance(found, Decision)
+    rows, names = (found.explanations, found.named) if plain else (found.considered, [e.id for e in found.effects])
+    unknown = sum(e.probability for e in rows if e.unknown)
+    return f"{found.verdict.value} {'+'.join(sorted(names)) or '-'}, unknown {unknown:.2%}"
+
+
+def rises(decision: Decision, sets: frozenset[frozenset[str]], found: bs.Diagnosis) -> str:
+    """How far behind the likeliest row each row of something unknown beside fewer effects is, and how far a search
+    lifted it, as shares of the difference of their fits."""
+    best, said = decision.explanations[0], []
+    after = {e.effects: e for e in found.considered if e.unknown}
+    for e in decision.explanations:
+        if e.unknown and frozenset(e.effects) in sets and set(e.effects) < set(best.effects) and e.effects in after:
+            apart = best.likelihood - e.likelihood
+            behind, rise = best.log_posterior - e.log_posterior, after[e.effects].log_posterior - e.log_posterior
+            name = "+".join(e.effects) or "-"
+            said.append(f"{name}: {behind / apart:.2%} behind, {rise / apart:+.2%} of {apart:.0f}")
+    return "; ".join(said) or "no row beside fewer effects"
 
 
 def main() -> None:
@@ -55,12 +75,14 @@ def main() -> None:
             campaign_model(model or None, campaign)
         for name, campaign, model in asked_for:
             diagnose = partial(bs.diagnose, campaign, model or None, advise=False, progress=lambda *_: None)
-            plain = describe(diagnose())
             with every_search() as asked:
-                full = describe(diagnose())
-            search = "never asked" if not asked else "searched" if any(asked) else "left out"
-            changed = "the same" if plain.split(",")[0] == full.split(",")[0] else "CHANGED"
-            print(f"{name}: {search}: {plain} -> {full}: {changed}", flush=True)
+                found = diagnose()
+            for searched, decision, sets in asked or [(True, None, frozenset())]:
+                plain, full = describe(diagnose() if searched else decision), describe(found)
+                search = "never asked" if not asked else "searched" if searched else "left out"
+                changed = "the same" if plain.split(",")[0] == full.split(",")[0] else "CHANGED"
+                rose = "" if decision is None else f" ({rises(decision, sets, found)})"
+                print(f"{name}: {search}: {plain} -> {full}: {changed}{rose}", flush=True)
     except BeltError as error:
         sys.exit(str(error))
 
