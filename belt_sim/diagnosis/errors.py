@@ -391,7 +391,8 @@ class ErrorsWithoutNuisances:
         self.posterior = np.linalg.inv(columns @ columns.swapaxes(1, 2) + np.eye(len(self.shapes)))
         runs, signals, n = samples.y.shape
         onto = (self.posterior @ columns).reshape(runs, -1, signals, 1, n)
-        self.taken = np.matmul(onto, metric.roots[:, None])[..., 0, :]
+        each = zip(onto, metric.which, strict=True)
+        self.taken = np.stack([np.matmul(own, metric.roots[which])[..., 0, :] for own, which in each])
         lateral = np.array([s.kind == "lateral" for s in samples.signals])
         self.there = np.isfinite(samples.y) & lateral[None, :, None]
         known = np.einsum("krsn,rkl,lrsn->rsn", self.shapes, self.posterior, self.shapes)

@@ -280,7 +280,8 @@ class _Layout:
         self.columns, self.rest = fit.slopes[sound], self.bench.samples.y - fit.values
         self.chi2 = self.chi2_of(self.rest)
         self.alone = self.chi2_of(self.rest, faults=False)
-        diagonal = np.diagonal(self.bench.metric.roots, axis1=-2, axis2=-1)
+        metric = self.bench.metric
+        diagonal = np.diagonal(metric.roots, axis1=-2, axis2=-1)[metric.which]
         self.log_det = -2.0 * float(np.sum(np.log(diagonal[diagonal > 0.0])))
 
     def total(self, mistake: SheetMistake | None = None) -> float:

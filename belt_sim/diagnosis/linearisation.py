@@ -445,7 +445,9 @@ def find_starts(bench: Workbench, linearisation: Linearisation) -> Campaign | No
     for r in range(len(runs)):
         # whitened, without what the known ones span
         filled = (np.where(np.isfinite(x), x, 0.0) for x in (rows[:, r], known[:, r]))
-        white, beside = (np.einsum("snm,ksm->ksn", metric.roots[r], x).reshape(len(x), -1) for x in filled)
+        white, beside = (
+            np.einsum("snm,ksm->ksn", metric.roots[metric.which[r]], x).reshape(len(x), -1) for x in filled
+        )
         size, taken = np.linalg.svd(beside, full_matrices=False)[1:]
         taken = taken[size > 1e-6 * size.max(initial=1e-300)]
         white = white - (white @ taken.T) @ taken

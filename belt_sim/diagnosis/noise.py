@@ -95,7 +95,8 @@ class Metric:
 
     samples: Samples
     levels: Levels
-    roots: np.ndarray  # (R, S, n, n); zero rows where nothing was measured
+    roots: np.ndarray  # (U, n, n), each once; zero rows where nothing was measured
+    which: np.ndarray  # (R, S): of the roots, that of a record
     local: tuple[np.ndarray, np.ndarray]  # a run's nuisances: directions (R, k, S*n), shrinkage (R, k)
     shared: tuple[np.ndarray, np.ndarray]  # those of all runs together: (m, N), (m,)
 
@@ -103,10 +104,10 @@ class Metric:
         """L^-1 x, shape (..., R, S*n): white noise, nuisances still in it."""
         filled = x if np.isfinite(x).all() else np.where(np.isfinite(x), x, x.dtype.type(0.0))
         many, (runs, signals, n) = int(np.prod(x.shape[:-3])), x.shape[-3:]
-        each = filled.reshape(many, runs, signals, n).transpose(1, 2, 0, 3)
-        # all of them by one matrix product a record
-        roots = (self._single if x.dtype == np.float32 else self).roots
-        white = np.matmul(each, roots.swapaxes(-1, -2)).transpose(2, 0, 1, 3)
+        each, white = filled.reshape(many, runs * signals, n), np.empty((many, runs * signals, n), x.dtype)
+        for k, root in enumerate((self._single if x.dtype == np.float32 else self).roots):
+            alike = np.flatnonzero(self.which == k)  # records of one matrix product
+            white[:, alike] = (each[:, alike].reshape(-1, n) @ root.T).reshape(many, len(alike), n)
         return white.reshape(*x.shape[:-2], signals * n)
 
     def whiten(self, x: np.ndarray) -> np.ndarray:
@@ -198,23 +199,25 @@ def length_sigma(campaign: Campaign, length: float) -> float:
 def metric_of(samples: Samples, levels: Levels, shapes: np.ndarray, shared: np.ndarray) -> Metric:
     """The metric at given noise levels; shapes and shared from ``nuisance_shapes``."""
     runs, signals, n = samples.y.shape
-    roots = np.zeros((runs, signals, n, n))
-    seen: dict[bytes, np.ndarray] = {}
+    which, roots, seen = np.empty((runs, signals), dtype=int), list[np.ndarray](), dict[tuple, int]()
     for r in range(runs):
         for s, signal in enumerate(samples.signals):
             keep = np.flatnonzero(np.isfinite(samples.y[r, s]))
-            travel = samples.travel[r, keep]
-            key = travel.tobytes() + bytes([s]) + np.float64(samples.per_bin[r]).tobytes()
+            travel, level, per_bin = samples.travel[r, keep], levels.of_signal(s), float(samples.per_bin[r])
+            stated = signal.white, signal.wander_sd, signal.wander_length
+            key = keep.tobytes(), travel.tobytes(), per_bin, level, stated
             if key not in seen:  # of one run's samples of one signal, without what a run shares
-                white, wander, reach = levels.of_signal(s)
-                noise = (white * max(signal.white, FLOOR)) ** 2 / samples.per_bin[r] * np.eye(len(travel))
+                white, wander, reach = level
+                noise = (white * max(signal.white, FLOOR)) ** 2 / per_bin * np.eye(len(travel))
                 lower = cholesky(wander**2 * wander_kernel(signal, travel, reach) + noise, lower=True)
-                seen[key] = solve_triangular(lower, np.eye(len(lower)), lower=True)
-            roots[r, s][np.ix_(keep, keep)] = seen[key]
+                seen[key] = len(roots)
+                roots.append(np.zeros((n, n)))
+                roots[-1][np.ix_(keep, keep)] = solve_triangular(lower, np.eye(len(lower)), lower=True)
+            which[r, s] = seen[key]
     none = np.zeros((0, 1)), np.zeros(0)
-    bare = Metric(samples, levels, roots, none, none)
+    bare = Metric(samples, levels, np.stack(roots), which, none, none)
     local = _shrinkage(bare.noise_white(shapes).swapaxes(0, 1))
-    return Metric(samples, levels, roots, local, _shrinkage(_shrink_runs(bare.noise_white(shared), *local)))
+    return replace(bare, local=local, shared=_shrinkage(_shrink_runs(bare.noise_white(shared), *local)))
 
 
 def _shrinkage(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -110,7 +110,7 @@ def workbench(
     metric = metric_of(fitted, levels, shapes, shared)
     if terms is None:  # as many harmonics of every additive effect as the readings call for
         of_class = {c: forward.columns_of(c, null) for c in forward.classes if c.is_additive()}
-        left, roots = fitted.y - values, metric.roots
+        left, roots = fitted.y - values, metric.roots[metric.which]
         terms = {c.id: significant_harmonics(fitted, roots, shapes, left) for c, shapes in of_class.items()}
     if terms != forward.terms:
         forward = Forward(samples, model, classes, step, terms)

@@ -120,6 +120,7 @@ def _plain_lengths(data: SearchData, place: Place, block: Block, inputs: np.ndar
     most = (np.abs(inputs) @ np.asarray(norms)[..., None])[..., 0]
     faint = np.any(own < np.square(CANCELS * most), axis=0)
     if faint.any():
+        found = found.copy()  # the rows are kept for other places
         found[:, faint] = inputs[:, faint] @ _sum_of_parts(data, place, lambda c: data.design[c].swapaxes(0, 1))
     return _lengths(found, block.waves)
 
@@ -137,7 +138,7 @@ def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
     """Whitened columns (R, F + w, m) of the forms of a block, in single precision.
 
     Those of a part, in every run, are kept for the places of one kind, until another kind comes: what is at both
-    pulleys is at each of them as well.
+    pulleys is at each of them as well. They may be what is returned: it is not written to.
     """
     states, kind, found = data.states, place.relative or place.kind, np.zeros(1, np.float32)
     kept = data.compute_once(("rows",), dict, states)
@@ -170,7 +171,8 @@ def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
             gain = states.channel_gain(of_all_spans, channel, part)
             rows = inputs @ (op if isinstance(gain, float) else op * single_precision(gain)[..., None])
         kept[channel, block] = rows
-        found = found + (rows if np.all(share == 1.0) else rows * single_precision(share)[..., None])
+        rows = rows if np.all(share == 1.0) else rows * single_precision(share)[..., None]
+        found = rows if len(place.parts) == 1 else found + rows
     return found
 
 

@@ -163,7 +163,7 @@ def test_white_noise_falls_with_the_root_of_what_was_averaged_and_wander_does_no
     travel = np.array([[0.0, signal.wander_length]])
     one = {"signals": (signal,), "travel": travel, "y": still[0], "per_bin": np.array([4.0])}
     metric = metric_of(replace(bench().samples, **one), Levels(white=2.0, wander=3.0), still, still)
-    root = np.linalg.inv(metric.roots[0, 0])
+    root = np.linalg.inv(metric.roots[metric.which[0, 0]])
     found = root @ root.T
     wander = (3.0 * signal.wander_sd) ** 2
     wanted = [[wander + signal.white**2, wander / np.e], [wander / np.e, wander + signal.white**2]]
