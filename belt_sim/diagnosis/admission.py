@@ -20,12 +20,13 @@ from belt_sim.line.march import march_case
 from belt_sim.line.spans import Composition
 from belt_sim.scene_parts import SceneParts
 
-TRAVEL = 40.0  # [m]
+PLANNED_TRAVEL = 40.0  # [m]
 PARITY = 0.05  # share of the contribution that may have the other parity: run-up nonlinearities are smaller
 EXPONENT = 0.2  # late rates follow a power law only in the limit of high tension
-ALIKE = 0.98  # collinearity from which an effect can imitate another in these readings, not always the other way round
-SEEN = 0.1  # whitened length of a shape that can be seen at all
-SHOWN = 3
+# collinearity from which an effect can imitate another in these readings, not always the other way round
+IMITATES = 0.98
+VISIBLE_LENGTH = 0.1  # whitened length of a shape that can be seen at all
+IMITATED_SHOWN = 3
 HIGH_TENSION = (4e8, 8e8)  # [Pa]
 
 
@@ -44,8 +45,8 @@ def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str
         if not np.isfinite(p.scale) or p.scale == 0:
             raise InputError(f"{where}.scale", p.scale, p.unit, "give a size that matters on a real machine")
     # march, readings and scene must be the same to the last bit (to rounding where JAX fuses, see jax_setup)
-    without, null = march_case(case, model, travel=TRAVEL), cls.null()
-    within = march_case(case, model, (null,), travel=TRAVEL)
+    without, null = march_case(case, model, travel=PLANNED_TRAVEL), cls.null()
+    within = march_case(case, model, (null,), travel=PLANNED_TRAVEL)
     read = [indicate(without, case, effects, without.travel) for effects in ((), (null,))]
     alike = np.array_equal if is_unfused() else partial(np.allclose, rtol=1e-12, atol=1e-18)
     pairs = [pair for two in ((without, within), read) for pair in zip(*map(jax.tree.leaves, two), strict=True)]
@@ -60,8 +61,11 @@ def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str
 def _contribution(cls: type[Effect], model: Composition, case: Case) -> np.ndarray:
     """What the effect at its scale adds to y at points 1-4 as a sensor reads it, shape (4, n)."""
     at_scale = cls(**{n: p.scale for n, p in cls.parameters.items()})
-    curves = march_case(case, model, (at_scale,), travel=TRAVEL)
-    return np.asarray(indicate(curves, case, (at_scale,), curves.travel).y) - march_case(case, model, travel=TRAVEL).y
+    curves = march_case(case, model, (at_scale,), travel=PLANNED_TRAVEL)
+    return (
+        np.asarray(indicate(curves, case, (at_scale,), curves.travel).y)
+        - march_case(case, model, travel=PLANNED_TRAVEL).y
+    )
 
 
 def _check_declarations(cls: type[Effect], model: Composition, case: Case) -> list[str]:
@@ -86,7 +90,7 @@ def _check_declarations(cls: type[Effect], model: Composition, case: Case) -> li
     sizes = []
     for tension in HIGH_TENSION:
         tight = replace(case, settings=replace(case.settings, tension=tension))
-        curves = march_case(tight, model, travel=TRAVEL)
+        curves = march_case(tight, model, travel=PLANNED_TRAVEL)
         rates = late_rates(replace(curves, y=_contribution(cls, model, tight)))
         sizes.append(float(np.linalg.norm(rates)))
     measured = np.log(max(sizes[1], 1e-300) / max(sizes[0], 1e-300)) / np.log(HIGH_TENSION[1] / HIGH_TENSION[0])
@@ -105,13 +109,14 @@ def _check_collinearity(cls: type[Effect], model: Composition, campaign: Campaig
     ids = [cls.id, *(c.id for c in others)]
     linearisation = linearise_effects(bench, base, ids)
     shapes = {i: bench.metric.whiten(linearisation.shapes_of(bench, i)) for i in ids}
-    bases = {i: basis(rows[np.linalg.norm(rows, axis=1) > SEEN]) for i, rows in shapes.items()}
+    bases = {i: basis(rows[np.linalg.norm(rows, axis=1) > VISIBLE_LENGTH]) for i, rows in shapes.items()}
     own = bases.pop(cls.id)
     if not len(own):
         raise InputError(cls.id, "no change", "", "at its scale these readings cannot see it; give a larger scale")
     cosines = {i: float(np.linalg.norm(b @ own.T, ord=2)) for i, b in bases.items() if len(b)}
-    worst = sorted(cosines, key=lambda i: -cosines[i])[:SHOWN]
+    worst = sorted(cosines, key=lambda i: -cosines[i])[:IMITATED_SHOWN]
     return [
-        f"{cls.id}: collinearity {cosines[i]:.4f} with {i}" + (f": {i} can imitate yours" if cosines[i] > ALIKE else "")
+        f"{cls.id}: collinearity {cosines[i]:.4f} with {i}"
+        + (f": {i} can imitate yours" if cosines[i] > IMITATES else "")
         for i in worst
     ]

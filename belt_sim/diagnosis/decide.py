@@ -143,7 +143,7 @@ class EvidenceTable:
     visible: Ids | None = None
 
 
-ROUNDS = 3  # over the scales of all effects of a set, one after the other
+SCALE_ROUNDS = 3  # over the scales of all effects of a set, one after the other
 
 
 @dataclass(frozen=True)
@@ -335,7 +335,7 @@ def occam(row: Row, inflation: float, policy: Policy) -> float:
     scales = np.array(policy.scales)
     chosen = dict.fromkeys(owners, float(scales[len(scales) // 2]))
     among: dict[str, float] = {}  # what the choice of each scale costs
-    for _, name in product(range(ROUNDS), owners):
+    for _, name in product(range(SCALE_ROUNDS), owners):
         cost = _occam_at_scales(row, chosen | {name: scales}, inflation)
         chosen[name] = float(scales[int(np.argmin(cost))])
         among[name] = log(len(scales)) - float(np.logaddexp.reduce(cost.min() - cost))

@@ -17,7 +17,7 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.next_run import Rival, separation
 from belt_sim.diagnosis.plausibility import estimates, estimates_of_single_sizes, is_plausible, profile_intervals
 from belt_sim.diagnosis.samples import Samples
-from belt_sim.diagnosis.search import NOTHING, row_of
+from belt_sim.diagnosis.search import NO_EFFECTS, row_of
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.effects.base import Effect
 from belt_sim.effects.generic_law import GenericLaw, law_entry
@@ -218,11 +218,11 @@ def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
     """Every candidate by itself, those first that are likeliest to be there, alone or with others."""
     rows = d.decision.explanations
     names = d.search.singles if d.decision.verdict != Verdict.CANNOT_SAY else ()
-    without = sum(c.surprise for c in held_out(d.fitted_bench, d.search.fits[NOTHING]).values())
+    without = sum(c.surprise for c in held_out(d.fitted_bench, d.search.fits[NO_EFFECTS]).values())
     bench, found = d.fitted_bench, []
     for name in names:
         fit, own = d.search.singles[name], [e for e in rows if name in e.effects]
-        gain = max(d.search.fits[NOTHING].chi2 - fit.chi2, 0.0)
+        gain = max(d.search.fits[NO_EFFECTS].chi2 - fit.chi2, 0.0)
         held, plausible = held_out(bench, fit), is_plausible(bench.forward, fit)
         needed = needed_gain(row_of(bench, fit, checked=False), d.table, POLICY)
         falls = sum(c.surprise for c in held.values()) < without

@@ -29,10 +29,11 @@ from belt_sim.units import MM, N_PER_MM2
 # they fall (prior_of_fit): what only the left-out runs show falls back to null; a condition is untestable where the
 # rest does not know what the effects do to it.
 
-SIZES = np.geomspace(1e-3, 1e3, 121)  # of harmonics, that are tried beside a typical number and its sigma
-KNOWN = 0.5  # what the numbers do to left-out readings is known from the other runs when its u is below this share of
-#             what it was before any, and below its size: what may as well be nothing, or twice as much, says nothing
-LARGE = 0.9  # of the largest yaw, from which a yaw counts as the largest
+HARMONIC_SIZES = np.geomspace(1e-3, 1e3, 121)  # of harmonics, that are tried beside a typical number and its sigma
+# what the numbers do to left-out readings is known from the other runs when its u is below this share of what it was
+# before any, and below its size: what may as well be nothing, or twice as much, says nothing
+KNOWN_EFFECT = 0.5
+LARGEST_YAW_SHARE = 0.9  # of the largest yaw, from which a yaw counts as the largest
 VISIBLE = 2.0  # sigma by which left-out readings have to be uncertain before anybody asks who knows them
 
 
@@ -69,7 +70,7 @@ def conditions(bench: Workbench) -> dict[str, np.ndarray]:
     found = {f"{t / 1e6:g} N/mm2": (tension == t) & fitted for t in np.unique(tension)}
     found |= {f"yaw {'+' if s > 0 else '-' if s < 0 else '0'}": (sign == s) & fitted for s in np.unique(sign)}
     size = np.abs([r.yaw for r in runs])
-    large = size > LARGE * np.max(size[fitted], initial=0.0)
+    large = size > LARGEST_YAW_SHARE * np.max(size[fitted], initial=0.0)
     if np.any(fitted & ~large & (size > 0.0)):
         found["largest yaw"] = large & fitted
     kept = {n: m for n, m in found.items() if m.any() and not m[fitted].all()}
@@ -129,7 +130,7 @@ def prior_of_fit(bench: Workbench, fit: Fit) -> tuple[np.ndarray, np.ndarray, np
     for cls in {s.effect for s in slots if s.effect.is_additive()}:
         rows = np.array([s.effect is cls for s in slots])
         square, own = away[rows] ** 2, np.diag(fit.covariance)[rows]
-        tried = SIZES * np.sqrt(np.median(own) + np.median(square))
+        tried = HARMONIC_SIZES * np.sqrt(np.median(own) + np.median(square))
         total = tried[:, None] ** 2 + own
         size = tried[np.argmin(np.sum(square / total + np.log(total), axis=1))]
         sigma[rows] = np.minimum(allowed[rows], size)
@@ -152,7 +153,7 @@ def _is_known(here: np.ndarray, root: np.ndarray, sigma: np.ndarray, away: np.nd
         least = float(np.linalg.norm(root[:, own] @ here[own]))
         before = float(np.linalg.norm(sigma[own, None] * here[own]))
         whole = float(np.linalg.norm(away[own] @ here[own]))
-        if least >= VISIBLE and min(off, least) >= min(KNOWN * before, whole):
+        if least >= VISIBLE and min(off, least) >= min(KNOWN_EFFECT * before, whole):
             return False
     return True
 
@@ -288,8 +289,8 @@ def locate_failure(found: Sequence[Cell], model: str, *, faulty: bool = False) -
 
 # Errors of every run, and over all.
 
-FIRST = 0.1 * MM  # and 0.1 mrad of a tilt
-LEAST = 5  # samples
+FIRST_ERROR = 0.1 * MM  # and 0.1 mrad of a tilt
+SAMPLES_BEYOND = 5  # samples
 
 
 def features(travel: np.ndarray, y: np.ndarray) -> Features:
@@ -299,12 +300,12 @@ def features(travel: np.ndarray, y: np.ndarray) -> Features:
     """
     keep = np.isfinite(y)
     travel, y = travel[keep], y[keep]
-    if len(y) < LEAST:
+    if len(y) < SAMPLES_BEYOND:
         return Features()
     late = travel >= travel[-1] - LATE_SHARE * (travel[-1] - travel[0])
     slope, start = np.polyfit(travel[late], y[late], 1)
     beyond = (y - (start + slope * travel)) * np.sign(y[-1] if y[-1] != 0 else 1.0)
-    moved = np.flatnonzero(np.abs(y) >= FIRST)
+    moved = np.flatnonzero(np.abs(y) >= FIRST_ERROR)
     return Features(
         late_rate=float(slope),
         first_move=float(travel[moved[0]]) if len(moved) else None,
@@ -312,7 +313,7 @@ def features(travel: np.ndarray, y: np.ndarray) -> Features:
     )
 
 
-WORSE = 1.5  # a run counts as worse only beyond this many times its floor
+WORSE_THAN_FLOOR = 1.5  # a run counts as worse only beyond this many times its floor
 
 
 def run_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> tuple[RunError, ...]:
@@ -337,7 +338,7 @@ def run_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> tuple
                     before=first,
                     after=then,
                     floor=least,
-                    worse=bool(then > first and then > WORSE * least),
+                    worse=bool(then > first and then > WORSE_THAN_FLOOR * least),
                     measured=features(travel, y),
                     modelled=features(travel, after[r, s]),
                 )
@@ -433,7 +434,7 @@ def errors_of(base_bench: Workbench, base: Fit, bench: Workbench, fit: Fit) -> E
 
 CLEARED = 30.0  # chi2 that one record read another way has to clear; no chance among all records does that
 ALONE = 0.1  # share of it that the same may clear in another run: what an effect does, it does in several
-WITHIN = 4.0  # sigmas of its chi2 that the run may then still be from what noise makes of it
+NOISE_SIGMAS = 4.0  # sigmas of its chi2 that the run may then still be from what noise makes of it
 UNLIKE = 1e-3  # m between the places where runs began, from which what acts by the place may act in one of them alone
 UNDONE = 0.5  # share of the chi2 beyond noise that a turned sign must at least account for
 LEFT = 0.05  # share of the chi2 cleared that may stay beside that: settings and noise levels are not known exactly
@@ -476,7 +477,7 @@ def confirm_signs(bench: Workbench, values: np.ndarray, suspicions: Sequence[Sus
 
 def _leaves_noise(left: float, cleared: float, count: int) -> bool:
     """Whether readings, read another way, ``cleared`` more chi2 than chance and have noise ``left``, of ``count``."""
-    return cleared > CLEARED and left - WITHIN * np.sqrt(2.0 * count) < LEFT * cleared
+    return cleared > CLEARED and left - NOISE_SIGMAS * np.sqrt(2.0 * count) < LEFT * cleared
 
 
 def _excess_chi2(bench: Workbench, values: np.ndarray, y: np.ndarray) -> np.ndarray:

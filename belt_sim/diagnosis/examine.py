@@ -32,7 +32,7 @@ from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, find_starts, linearise_effects
 from belt_sim.diagnosis.noise import Disagreement, metric_of, words_of
 from belt_sim.diagnosis.samples import first_place_inside_span, samples_of, shapes_a_span
-from belt_sim.diagnosis.search import NOTHING, Search, add_fits, extend, row_of, run_search, tabulate
+from belt_sim.diagnosis.search import NO_EFFECTS, Search, add_fits, extend, row_of, run_search, tabulate
 from belt_sim.diagnosis.workbench import Workbench, expand_at_likely_settings, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError
@@ -43,8 +43,9 @@ from belt_sim.model import BASE_MODELS, MODELS
 from belt_sim.results.diagnosis import Discovery
 
 BOOTSTRAPS = 100
-MANY = 4_000  # readings, from which memory counts for more than time: what is beyond sets is sought one by one
-DESCRIBED = 0.8  # of the chi2 beyond noise: a base model that explains less leaves something unexplained itself
+MANY_READINGS = 4_000  # readings, from which memory counts for more than time: what is beyond sets is sought one by one
+# of the chi2 beyond noise: a base model that explains less leaves something unexplained itself
+DESCRIBED_BY_MODEL = 0.8
 
 
 # What a search for laws beyond the library hands to the diagnosis, which does not import the search.
@@ -139,7 +140,7 @@ def examine(
         bench, nothing = _lay_out(freed, model, tried)
     found: dict[Ids, LawResult] = {}
     if any(s.severity == "stop" for s in suspect):  # nothing is added: only what is there is judged
-        search = Search(bench=bench, linearisation=Linearisation(nothing, {}), fits={NOTHING: nothing})
+        search = Search(bench=bench, linearisation=Linearisation(nothing, {}), fits={NO_EFFECTS: nothing})
         table = replace(tabulate(search), damaged=True)
         decision = decide(table, POLICY)
     else:
@@ -150,7 +151,7 @@ def examine(
         tell("estimating false alarms")
         inflation = chance_inflation(bench, linearisation, bootstraps, seed)
         tell("fitting sets of effects")
-        fits = {NOTHING: nothing}
+        fits = {NO_EFFECTS: nothing}
         search = run_search(Search(bench=bench, linearisation=linearisation, inflation=inflation, fits=fits))
         tell("searching beyond the catalogue")
         search, table = _gather(search, bench, nothing, laws)
@@ -258,7 +259,7 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
     there = {row.ids for row in table.rows}
     fits = [search.fits[frozenset(ids)] for ids in dict.fromkeys(beside) if frozenset(ids) in there]
     sound = [fit for fit in fits if keeps_tension(search.bench, fit)]
-    at_once = 1 if bench.samples.y.size > MANY else WORKERS  # each takes memory
+    at_once = 1 if bench.samples.y.size > MANY_READINGS else WORKERS  # each takes memory
     return search, replace(
         table,
         visible=frozenset(name for name, row in rows.items() if would_show(row, table, POLICY)),
@@ -301,7 +302,7 @@ def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids
     for model, values in zip(others, map_in_threads(predict, others), strict=True):
         gain = nothing.chi2 - float(bench.metric.chi2(bench.fitted.y - values))
         same = likeliest and likeliest <= model.contains - asked.contains
-        if np.isfinite(values).all() and gain > DESCRIBED * beyond_noise and not same:
+        if np.isfinite(values).all() and gain > DESCRIBED_BY_MODEL * beyond_noise and not same:
             chi2 = float(search.bench.metric.chi2(bench.fitted.y - values))
             lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
             rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))

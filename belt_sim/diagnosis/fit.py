@@ -21,7 +21,7 @@ from belt_sim.diagnosis.noise import Metric
 
 UNSEEN = 1e-2  # a column this small, in sigma, cannot be seen in these readings
 DEPENDENT = 1e-12  # of the largest eigenvalue of columns of unit length: those below are sums of the others
-ALIKE = 1e-12  # beside 1, what is left of the square of a derivative that others make up
+MADE_UP = 1e-12  # beside 1, what is left of the square of a derivative that others make up
 SMALL = 1e-6  # of the largest direction of several rows; what is smaller is not in these readings
 
 
@@ -41,7 +41,7 @@ def inverse_roots(gram: np.ndarray) -> np.ndarray:
 
 def covariance_root(columns: np.ndarray) -> np.ndarray:
     """Root W (k, k) of the covariance W W^T of numbers with whitened derivatives ``columns`` (k, N), best-known
-    direction first; a direction that no reading shows counts as nearly unbounded (1 / sqrt(ALIKE)), never as known.
+    direction first; a direction that no reading shows counts as nearly unbounded (1 / sqrt(MADE_UP)), never as known.
 
     A sum g of numbers has the variance |g W|^2, which keeps its digits where the numbers alone are unbounded.
     """
@@ -52,7 +52,7 @@ def covariance_root(columns: np.ndarray) -> np.ndarray:
     _, values, vectors = np.linalg.svd(alike, full_matrices=True)
     seen = np.zeros(len(size))
     seen[: len(values)] = values
-    return vectors.T / np.sqrt(seen**2 + ALIKE) / size[:, None]
+    return vectors.T / np.sqrt(seen**2 + MADE_UP) / size[:, None]
 
 
 def covariance_of(columns: np.ndarray) -> np.ndarray:
@@ -134,11 +134,11 @@ def _solve_free(system: np.ndarray, along: np.ndarray, step: np.ndarray, held: n
 MAX_ROUNDS = 24
 TOLERANCE = 0.02  # in chi2; thresholds are about 10
 POOR, GOOD = 0.25, 0.75  # share of the predicted gain: below, steps become shorter; above, they may grow
-SHORTER = (0.1, 0.5)  # times as long a step as one that failed
-PATIENCE = 2  # failures in a row until derivatives that were learned are taken anew
-LEAST = 1e-9  # damping, in units of the information
-CLOSE = 1.2  # how near a step comes to its longest
-FAINT = 1e-3  # a parameter that moves no reading by this many sigma at its scale is not there
+SHORTER_STEP = (0.1, 0.5)  # times as long a step as one that failed
+FAILURES_IN_A_ROW = 2  # failures in a row until derivatives that were learned are taken anew
+LEAST_DAMPING = 1e-9  # damping, in units of the information
+NEAR_LONGEST = 1.2  # how near a step comes to its longest
+UNMOVED_READING = 1e-3  # a parameter that moves no reading by this many sigma at its scale is not there
 
 
 @dataclass(frozen=True)
@@ -251,10 +251,10 @@ class Refit:
             along = float(step @ (fit.columns @ fit.residual))
             bottom = along / (chi2 - fit.chi2 + 2.0 * along) if there else 0.0
             self.failures += 1
-            self.radius = length * float(np.clip(bottom, *SHORTER))
+            self.radius = length * float(np.clip(bottom, *SHORTER_STEP))
             if fit.exact:
                 self.settled = predicted < 0.5 * TOLERANCE
-            elif self.failures >= PATIENCE or predicted < self._negligible_gain():
+            elif self.failures >= FAILURES_IN_A_ROW or predicted < self._negligible_gain():
                 self.due = np.ones_like(self.due)
             return
         gain = fit.chi2 - chi2
@@ -275,7 +275,7 @@ class Refit:
         self.fit = replace(self.fit, vector=proposal, chi2=chi2, residual=residual, values=values)
         self.failures, self.steps = 0, self.steps + 1
         if gain > TOLERANCE:
-            self.due = self.fit.sensitivity < FAINT  # what moved nothing may do so now
+            self.due = self.fit.sensitivity < UNMOVED_READING  # what moved nothing may do so now
         if not self.due.any():
             negligible = self._negligible_gain()
             self.settled = self.predicted_gain() < (TOLERANCE if gain > negligible else negligible)
@@ -300,7 +300,7 @@ class Refit:
         if radius in known:
             return known[radius]
         sizes = fit.sensitivity
-        seen = sizes > FAINT
+        seen = sizes > UNMOVED_READING
         unit = 1.0 / np.where(seen, sizes, 1.0)  # with columns as they are, a long one hides that short ones are there
         normal, along = fit.gram * np.outer(unit, unit), unit * (fit.columns @ fit.residual)
         space = [side / unit for side in step_bounds(fit, self.sides)]
@@ -309,9 +309,9 @@ class Refit:
             damped = normal + (damping + 1e-12) * np.eye(len(unit))
             return np.where(seen, unit * bounded_step(damped, along, *space), 0.0)
 
-        step, low, high = solve_damped(LEAST), np.log(LEAST), -np.log(LEAST)
+        step, low, high = solve_damped(LEAST_DAMPING), np.log(LEAST_DAMPING), -np.log(LEAST_DAMPING)
         length = np.linalg.norm(step * sizes)
-        while length > CLOSE * radius or (length < radius / CLOSE and high < -np.log(LEAST)):
+        while length > NEAR_LONGEST * radius or (length < radius / NEAR_LONGEST and high < -np.log(LEAST_DAMPING)):
             middle = 0.5 * (low + high)
             step = solve_damped(np.exp(middle))
             length = np.linalg.norm(step * sizes)

@@ -116,7 +116,7 @@ STIFFNESS, OFF = ("width", "thickness", "modulus", "tension"), 3.0
 #: removes may be meant.
 LIKE_A_MODEL = (*STIFFNESS, "radius", "centre_distance", "travel_unit")
 #: chi2 by which a run must gain to count among those in which a mistake was made.
-OF_RUN = 50.0
+GAIN_OF_A_RUN = 50.0
 #: Share of what free starts remove, that another base model may remove at most.
 OF_MODEL = 0.5
 #: Steps of the refinement of a mistake's size, and how far it reaches, as a logarithm.
@@ -376,7 +376,7 @@ def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple
         return chi2, mistake
     # which runs it helps is asked without faults: one that is free would take the mistake of some runs to all
     alone = stated.chi2_of(rest, faults=False)
-    helped = [r.name for r, a, b in zip(campaign.runs, stated.alone, alone, strict=True) if a - b > OF_RUN]
+    helped = [r.name for r, a, b in zip(campaign.runs, stated.alone, alone, strict=True) if a - b > GAIN_OF_A_RUN]
     oddest = campaign.runs[int(np.argmax(np.nan_to_num(stated.alone - alone, nan=-np.inf)))].name
     parts = [names for names in {tuple(helped), (oddest,)} if 0 < len(names) < len(campaign.runs)]
     tried = [(stated.total_without(m, rest), m) for m in (replace(mistake, runs=names) for names in parts)]
@@ -402,7 +402,7 @@ def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float,
 
 
 NOISY = 2.0  # times the usual scatter
-SPANS = 3.0  # a record shorter than so many spans shows the start of the movement only
+SPANS_OF_START = 3.0  # a record shorter than so many spans shows the start of the movement only
 
 
 def find_doubts(
@@ -433,8 +433,9 @@ def find_doubts(
     if len({r.direction for r in runs}) < 2:
         told = "there is one direction of travel; one reversed run tells offsets of a pulley from skewed rollers"
         lacking.append(told)
-    if curved and all(r.travel[-1] - r.yaw_at < SPANS * span for r in curved):
-        lacking.append(f"no record reaches {SPANS:g} spans ({SPANS * span:.0f} m): late drift is hardly in it")
+    if curved and all(r.travel[-1] - r.yaw_at < SPANS_OF_START * span for r in curved):
+        told = f"no record reaches {SPANS_OF_START:g} spans ({SPANS_OF_START * span:.0f} m)"
+        lacking.append(f"{told}: late drift is hardly in it")
     if curved and len(campaign.signals) < 2:
         told = "there is one signal; a second point, at the other pulley, tells drift from a belt that stands askew"
         lacking.append(told)
@@ -469,7 +470,7 @@ def noisy_runs(campaign: Campaign) -> list[str]:
 
 
 FALSE_ALARM, MISSED = 0.05, 0.1
-NOTHING = 1e-9  # whitened size of a column that is not there
+NO_COLUMN = 1e-9  # whitened size of a column that is not there
 
 
 def visible(bench: Workbench, fit: Fit) -> list[Visible]:
@@ -502,17 +503,17 @@ def _best_column(bench: Workbench, fit: Fit, name: str) -> tuple[int, float]:
     own = bench.forward.index(name)
     length = np.linalg.norm(fit.columns[own], axis=1)
     sized = np.array([not bench.forward.slots[k].parameter.modifier for k in own])
-    strength = np.where(sized & (length > NOTHING), length * prior_sigma(bench.forward, own), 0.0)
+    strength = np.where(sized & (length > NO_COLUMN), length * prior_sigma(bench.forward, own), 0.0)
     return own[int(np.argmax(strength))], float(np.max(strength))
 
 
 #: Size at which a pair is judged, in whitened units: an effect that is plain to see.
-PLAIN = 12.0
+PLAIN_SIGMAS = 12.0
 INDEPENDENT = 1e-9  # of the largest direction of an effect's columns: what is smaller is a sum of the others
 
 
 def pairs(bench: Workbench, fit: Fit, seen: list[Visible], *, advise: bool) -> list[Pair]:
-    """Pairs of visible effects: the one, at PLAIN, leaves less than RESOLVED when the other is fitted in its place;
+    """Pairs of visible effects: one, at PLAIN_SIGMAS, leaves less than RESOLVED when the other is fitted in its place;
     advise: with the action of the menu that tells each pair apart best, where the sigma after it is RESOLVED.
 
     No advice on pairs with SLOWEST effects: a second compilation for each of them would take longer than all else.
@@ -539,15 +540,15 @@ def pairs(bench: Workbench, fit: Fit, seen: list[Visible], *, advise: bool) -> l
 
 
 def _separations(bench: Workbench, fit: Fit, names: Sequence[str], further: np.ndarray | None = None) -> np.ndarray:
-    """Sigmas (n, n) by which one at PLAIN differs from the other fitted in its place, whichever is less; further (k,
-    m): columns of a further run."""
+    """Sigmas (n, n) by which one at PLAIN_SIGMAS differs from the other fitted in its place, whichever is less; further
+    (k, m): columns of a further run."""
     columns = fit.columns if further is None else np.concatenate([fit.columns, further], axis=1)
     best = [_best_column(bench, fit, name)[0] for name in names]
-    targets = PLAIN / np.linalg.norm(fit.columns[best], axis=1)[:, None] * columns[best]
+    targets = PLAIN_SIGMAS / np.linalg.norm(fit.columns[best], axis=1)[:, None] * columns[best]
     left = np.zeros((len(names), len(names)))
     for k, name in enumerate(names):
         span = columns[bench.forward.index(name)]
-        span = span[np.linalg.norm(span, axis=1) > NOTHING * np.linalg.norm(span)]
+        span = span[np.linalg.norm(span, axis=1) > NO_COLUMN * np.linalg.norm(span)]
         _, size, rows = np.linalg.svd(span, full_matrices=False)
         rows = rows[size > INDEPENDENT * size.max(initial=0.0)]
         left[:, k] = np.linalg.norm(targets - targets @ rows.T @ rows, axis=1)

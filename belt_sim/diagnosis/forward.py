@@ -128,8 +128,8 @@ def actual_case(case: Case, nuisance) -> Case:
 
 
 READINGS_A_NUMBER = 6.0  # at least; samples may be fewer than two a wave: what they show of it is known all the same
-FEWEST = 3  # harmonics that are always asked for
-SMOOTH = 6.0  # knots a belt length: slower movements are the belt's, and must not count as harmonics
+FEWEST_HARMONICS = 3  # harmonics that are always asked for
+KNOTS_A_LENGTH = 6.0  # knots a belt length: slower movements are the belt's, and must not count as harmonics
 
 
 def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarray, residual: np.ndarray) -> int:
@@ -150,7 +150,7 @@ def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarra
     for r, travel in enumerate(samples.travel):
         # cubic splines (n, k) with knots every ``spacing`` [m]
         low, high = float(np.min(travel)), float(np.max(travel))
-        inner = np.linspace(low, high, max(2, round((high - low) / (length / SMOOTH)) + 1))
+        inner = np.linspace(low, high, max(2, round((high - low) / (length / KNOTS_A_LENGTH)) + 1))
         knots = np.concatenate([[low] * 3, inner, [high] * 3])
         slow = BSpline.design_matrix(travel, knots, 3).toarray()
         for root, shape, y in zip(roots[r], shapes[:, r].swapaxes(0, 1), residual[r], strict=True):
@@ -168,10 +168,10 @@ def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarra
     harmonics = np.arange(1, len(gains) + 1)
     readings = np.isfinite(samples.y).sum()
     if not np.any(chdtrc(2 * harmonics, gains) < 1.0 / readings):
-        return min(FEWEST, len(gains))
+        return min(FEWEST_HARMONICS, len(gains))
     alone = harmonics[np.diff(gains, prepend=0.0) > 2.0 * np.log(readings)]
     best = max([harmonics[np.argmax(gains - 2 * 2 * harmonics)], *alone])
-    return int(min(max(FEWEST, best), len(gains)))
+    return int(min(max(FEWEST_HARMONICS, best), len(gains)))
 
 
 @partial(jit_float64, brief=True, static_argnames=("cls", "others"))
@@ -215,16 +215,18 @@ def bin_attenuation(slots: Sequence[Slot], samples: Samples, others: int = 0) ->
 # programs side by side.
 
 
-ROOM = 2048  # records that compiled code has room for; where that is too little, GROWTH times as many, and so on
+RECORD_ROOM = 2048  # records that compiled code has room for; where that is too little, GROWTH times as many, and so on
 SLOTS = 16  # the same of the wrap's history
 GROWTH = 4  # a unit that is off by 3.28 takes one more program, not two
-MANY = 5  # numbers, from which on a program runs so often that it pays to compile it well
+MANY_NUMBERS = 5  # numbers, from which on a program runs so often that it pays to compile it well
 
 
 def room_for(steps: int, slots: int) -> tuple[int, int]:
     """Records and slots of the wrap's history that compiled code has, for so many."""
-    first, second = (GROWTH ** math.ceil(math.log(max(x, 1.0), GROWTH)) for x in ((steps + 2) / ROOM, slots / SLOTS))
-    return ROOM * first, SLOTS * second
+    first, second = (
+        GROWTH ** math.ceil(math.log(max(x, 1.0), GROWTH)) for x in ((steps + 2) / RECORD_ROOM, slots / SLOTS)
+    )
+    return RECORD_ROOM * first, SLOTS * second
 
 
 @lru_cache(PROGRAMS)
@@ -241,7 +243,7 @@ def compile_march(
     only = ("y", "tilt") if tilts else ("y",)
     one = partial(_one_run, model=model, slots=slots, room=room, history=history, only=only, others=others)
     # a program of this campaign alone, or of a few marches: other base models, mistakes of a sheet, fits of few numbers
-    seldom = len(slots) < MANY or any(issubclass(s.effect, GenericLaw) for s in slots)
+    seldom = len(slots) < MANY_NUMBERS or any(issubclass(s.effect, GenericLaw) for s in slots)
     many = jax.vmap(one, in_axes=(0, 0, 0, 0, 0, 0, None, None, None, None, None))
     names = [s.name for s in slots]
     key = program_key("readings", model, [s.effect for s in slots], names, room, history, tilts, others)
@@ -276,8 +278,10 @@ def _one_run(
     return jnp.concatenate(rows) if len(rows) > 1 else rows[0]
 
 
-COLUMNS = MAX_SAMPLES  # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
-ROWS = 8  # runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
+# samples of a run are filled up to a multiple of this, so that campaigns share compiled code
+SAMPLES_FILLED = MAX_SAMPLES
+# runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
+BATCH_ROWS = 8
 #: threads that the batches of all requests run in: to begin and end two for each takes half as long as a batch
 _POOL = ThreadPoolExecutor(WORKERS, thread_name_prefix="batches")
 
@@ -298,10 +302,10 @@ STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``choose_s
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
 #: of stiffness, tension, yaw [rad], its place [m] (half a step), length, start [m]
 DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6, 1e-3)
-KEPT = 8  # sets of columns of additive effects, at once
+COLUMN_SETS = 8  # sets of columns of additive effects, at once
 REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
 HEAVY = "heavy"
-BEYOND = 4  # steps behind a record, between which its last reading is looked up
+STEPS_BEHIND = 4  # steps behind a record, between which its last reading is looked up
 FURTHER = ("encoder", "sensor_travel")  # hooks of effects with which a reading may be of a later travel than is shown
 Groups = frozenset[str]
 
@@ -324,7 +328,7 @@ class Forward:
         check_sensor_places(samples, model, self.classes)
         # harmonics of the belt length that the lateral readings can be asked for, of every linear effect what it has
         read = np.isfinite(samples.y[:, [s.kind == "lateral" for s in samples.signals]]).sum()
-        most = {c.id: (FEWEST, len(c.parameters) // 2) for c in self.classes if c.is_additive()}
+        most = {c.id: (FEWEST_HARMONICS, len(c.parameters) // 2) for c in self.classes if c.is_additive()}
         shown = {i: int(np.clip(read / (2 * READINGS_A_NUMBER), *ends)) for i, ends in most.items()}
         self.terms = shown if terms is None else dict(terms)
         names = {c: list(c.parameters)[: 2 * self.terms[c.id] if c.id in self.terms else None] for c in self.classes}
@@ -433,7 +437,7 @@ class Forward:
         steps = np.full(len(samples.runs), most)
         if not others and not np.any((vector != self._null)[:, self._far]):
             ends = np.maximum(np.max(samples.travel, axis=1), samples.yaw_at)
-            steps = np.minimum(np.ceil(ends / spacing).astype(int) + BEYOND, most)
+            steps = np.minimum(np.ceil(ends / spacing).astype(int) + STEPS_BEHIND, most)
         off = vector[:, kept] != self._null[kept]
         owners = list(dict.fromkeys(s.effect for s in slots))
         acts = np.stack([off[:, [s.effect is e for s in slots]].any(axis=1) for e in owners], axis=1) if owners else off
@@ -444,21 +448,21 @@ class Forward:
         places = [stand.index(sensor_place(s.at) or s.at) for s in samples.signals]
         runs, _, n = samples.y.shape
         points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
-        cases, columns = samples.cases, np.minimum(np.arange(-(-n // COLUMNS) * COLUMNS), n - 1)
+        cases, columns = samples.cases, np.minimum(np.arange(-(-n // SAMPLES_FILLED) * SAMPLES_FILLED), n - 1)
         travel, time = samples.travel[:, columns], samples.time[:, columns]
         found = np.empty((len(points), len(places), n))
 
         def batch(start: int) -> None:
-            rows = np.minimum(np.arange(start, start + ROWS), len(points) - 1)
+            rows = np.minimum(np.arange(start, start + BATCH_ROWS), len(points) - 1)
             r = run[rows]
             settings = jax.tree.map(lambda x: x[r], cases.settings)
             of_rows = vector[points[rows]], shown[r], settings, travel[r], time[r], samples.yaw_at[r]
             own = acts[points[rows]].any(axis=0)
             predicted = program(*of_rows, cases.rig, cases.belt, spacing, int(steps[r].max()), own)
-            part = found[start : start + ROWS]
+            part = found[start : start + BATCH_ROWS]
             part[:] = np.asarray(predicted)[: len(part), places, :n]
 
-        batches = [partial(batch, start) for start in range(0, len(points), ROWS)]
+        batches = [partial(batch, start) for start in range(0, len(points), BATCH_ROWS)]
         return found.reshape(len(vector), *samples.y.shape), batches
 
     def values_and_slopes(self, vector: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -519,7 +523,7 @@ class Forward:
                 if signal.kind == "lateral":
                     rows = shown[:, :, places.index(sensor_place(signal.at) or signal.at)]
                     shapes[:, :, s] = rows[..., :-1] * by_bins - rows[..., -1:]
-            if len(self._columns) >= KEPT:
+            if len(self._columns) >= COLUMN_SETS:
                 self._columns.clear()
             self._columns[key] = shapes
         return shapes[: len(self.index(cls.id))]
@@ -540,15 +544,15 @@ class Forward:
         return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
 
 
-WANTED = 0.1  # length of the march's error, whitened over the whole campaign: noise alone has one per reading
-HALVINGS = 3
+MARCH_ERROR = 0.1  # length of the march's error, whitened over the whole campaign: noise alone has one per reading
+STEP_HALVINGS = 3
 ORDER = 4.0  # error of a step over that of half the step: the march is of second order
 
 
 def choose_step(
     samples: Samples, model: Composition, classes: Sequence[type[Effect]], whiten: Callable[[np.ndarray], np.ndarray]
 ) -> tuple[float, np.ndarray]:
-    """The longest step [m], of STEP and its halves, whose error is no longer than WANTED, and that error (R, S, n)
+    """The longest step [m], of STEP and its halves, whose error is no longer than MARCH_ERROR, and that error (R, S, n)
     [m or rad]; ``classes``: within reach, all null, for the program that other predictions need as well, those of steps
     twice as long (where a wrap is longer than these) among them; ``whiten`` as in ``Metric``.
     """
@@ -560,5 +564,7 @@ def choose_step(
     at_coarse, at_fine = (f.values(f.null()[None])[0] for f in (coarse, fine))
     error = (at_coarse - at_fine) / (ORDER - 1.0) * (1.0 if doubles else ORDER)
     size = float(np.linalg.norm(whiten(error)))
-    halvings = 0 if size <= WANTED else min(int(np.ceil(np.log(size / WANTED) / np.log(ORDER))), HALVINGS)
+    halvings = (
+        0 if size <= MARCH_ERROR else min(int(np.ceil(np.log(size / MARCH_ERROR) / np.log(ORDER))), STEP_HALVINGS)
+    )
     return STEP / 2**halvings, ORDER**-halvings * error

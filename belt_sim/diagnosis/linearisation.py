@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fit import Fit, basis, bounded_step, inverse_roots
 from belt_sim.diagnosis.forward import DIFFERENCE, FURTHER
-from belt_sim.diagnosis.noise import SMOOTH, Levels
+from belt_sim.diagnosis.noise import MATERN_ROOT, Levels
 from belt_sim.diagnosis.plausibility import is_possible
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.line.hooks import overrides
@@ -27,8 +27,8 @@ STRONG = 0.2  # whitened size above which a derivative can be trusted, and a cha
 SECANTS = (1.0, 3.0)  # of a parameter's scale, at which it is tried where its derivative is not seen
 GRID_STARTS = 3  # points of a grid from which a refit starts
 
-Point = tuple[tuple[int, float], ...]  # numbers on a grid: pairs of position and value
-Key = tuple[int, Point]  # a parameter, by position, while numbers of its effect are at a point
+GridPoint = tuple[tuple[int, float], ...]  # numbers on a grid: pairs of position and value
+Key = tuple[int, GridPoint]  # a parameter, by position, while numbers of its effect are at a point
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class ShapeGrid:
     choices (points, k): which of the columns stand at every point.
     """
 
-    points: Sequence[Point]
+    points: Sequence[GridPoint]
     free: Sequence[int]
     columns: np.ndarray
     choices: np.ndarray
@@ -49,7 +49,7 @@ class ShapeGrid:
 class GridStart:
     """A point of an effect's grid, and the shapes (R, S, n) of the effect's parameters there, by position."""
 
-    point: Point
+    point: GridPoint
     shapes: Mapping[int, np.ndarray]
 
     def begin(self, bench: Workbench, null: Fit) -> Fit:
@@ -164,13 +164,13 @@ def linearise_effects(
     faint = [k for k, seen in zip(sized, length, strict=True) if seen < STRONG and not bench.forward.linear[k]]
     slopes = dict.fromkeys(positions, np.zeros_like(fit.values)) | dict(zip(sized, rows, strict=True))
 
-    # along these the change at a size, of those that are known to be worth trying; by default at all of SIZES, the
-    # smaller ones where the largest shows, or is too much for a belt
+    # along these the change at a size, of those that are known to be worth trying; by default at all of
+    # NONLINEAR_SIZES, the smaller ones where the largest shows, or is too much for a belt
     sizes = {} if before is None else dict(before.sizes)
     starts: dict[str, list[Start]] = {i: [] for i in ids}
-    first = _changes(bench, fit, [(k, size) for k in faint for size in sizes.get(k, SIZES[-1:])])
+    first = _changes(bench, fit, [(k, size) for k in faint for size in sizes.get(k, NONLINEAR_SIZES[-1:])])
     more = [s.position for s in first if s.position not in sizes and (s.shows or not s.is_possible)]
-    tried = [*_changes(bench, fit, [(k, size) for k in more for size in SIZES[:-1]]), *first]
+    tried = [*_changes(bench, fit, [(k, size) for k in more for size in NONLINEAR_SIZES[:-1]]), *first]
     for k in faint:
         changes = [s for s in tried if s.position == k and s.shows and s.is_possible]  # the smallest size first
         if changes:
@@ -194,7 +194,7 @@ def linearise_effects(
 # What sizes of a number change, where its derivative at null says nothing.
 
 SHIFTS = (1.0, 2.0, 4.0, 8.0)  # of a parameter's scale: delays of 0.1 to 0.8 s are parts of a pulley's turn
-SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
+NONLINEAR_SIZES = (0.5, 1.0, 2.0, 3.0)  # of a parameter's scale, at which a nonlinear effect may begin to show
 
 
 def _shifts(bench: Workbench, fit: Fit, positions: Sequence[int]) -> list[SizeStart]:
@@ -292,7 +292,7 @@ def _compute_shapes(bench: Workbench, fit: Fit, keys: Sequence[Key]) -> dict[Key
 # get their turn. One of them is enough: if they do not all ask for the same numbers, one by which a machine could have
 # them.
 
-ALIKE = 0.5  # chi2 between two predictions, below which they say the same
+SAME_PREDICTION = 0.5  # chi2 between two predictions, below which they say the same
 
 
 def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list[int]:
@@ -327,7 +327,7 @@ def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list
     found: list[int] = []
     for k in np.argsort(-gains, kind="stable").tolist():
         apart = changes[found] - changes[k]
-        alike = np.flatnonzero(np.einsum("ki,ij,kj->k", apart, gram, apart) < ALIKE)
+        alike = np.flatnonzero(np.einsum("ki,ij,kj->k", apart, gram, apart) < SAME_PREDICTION)
         same = int(alike[0]) if len(alike) else None
         if same is None and len(found) < most:
             found.append(k)
@@ -347,14 +347,14 @@ def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list
 HARMONICS = 12  # of the belt's length, at most
 LARGEST = 1e-3  # [m], one sigma of the first harmonic of what comes round; that of others falls with their number
 ASKEW = 10.0  # one sigma of a wobble, in units of its scale
-PARTS = 16  # of the shortest wave, between places that are tried
+PLACES_A_WAVE = 16  # of the shortest wave, between places that are tried
 TRIED = (96, 400)  # fewest and most places that are tried
 EVEN = float(np.sqrt(12.0))  # width of an even distribution over its sigma
 MOVED = 1e-4  # [m], over which derivatives along a start are taken
 WIDER = 2.0  # a start may be off by so many times what the shape in common tells, which is not yet the effect's own
 CHANCE = 2.0  # log odds asked for, over the trial factor: noise turned to fit its own shape gains up to 1.6 of that
 MOST_LEFT = 2.0  # chi2 a reading beyond candidates and waves: 1 where they hold, 9 where a lack passed for starts
-ROUNDS = 6  # of turning the runs and asking for their shape
+TURNING_ROUNDS = 6  # of turning the runs and asking for their shape
 REFERENCES = 3  # runs whose own shape may begin
 
 
@@ -411,7 +411,7 @@ class PeriodicWaves:
         best, most = (none, none), -np.inf
         for first in np.argsort(alone)[::-1][:REFERENCES]:
             numbers, gain = self.fit_common(none, [first])
-            for _ in range(ROUNDS):
+            for _ in range(TURNING_ROUNDS):
                 starts = np.zeros(len(runs))
                 for r in (r for r in runs if r != first):
                     own = self.rotations(r, places) @ numbers
@@ -461,7 +461,7 @@ def find_starts(bench: Workbench, linearisation: Linearisation) -> Campaign | No
 
     turning = PeriodicWaves(np.array(grams) / noise, np.array(moments) / noise, rates)
     length, shortest = float(np.max(samples.cases.rig.belt_length)), 2.0 * np.pi / float(rates.max())
-    places = int(np.clip(np.ceil(PARTS * length / shortest), *TRIED))
+    places = int(np.clip(np.ceil(PLACES_A_WAVE * length / shortest), *TRIED))
     same = turning.fit_common(np.zeros(len(runs)), range(len(runs)))[1]
     starts, gain = turning.align(length * np.arange(places) / places)
     if 0.5 * (gain - same) <= CHANCE * (len(runs) - 1) * np.log(places):
@@ -574,7 +574,7 @@ def smooth_wander(steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Smooth wander (..., n) of unit size at ``steps`` (..., n - 1) in units of its length, by recursion of its value
     and its slope, which at one place are independent.
     """
-    x = SMOOTH * steps
+    x = MATERN_ROOT * steps
     fade = np.exp(-x)
     value = np.stack([fade * (1.0 + x), fade * x])  # of both before, the value's share of what comes
     slope = np.stack([-fade * x, fade * (1.0 - x)])

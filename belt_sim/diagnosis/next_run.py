@@ -75,8 +75,8 @@ def menu(template: Run, *, twofold: bool = False) -> list[Action]:
     return actions
 
 
-STEPS = 8  # of a refit
-SHORTER = 0.3  # a step that went too far, the next time
+REFIT_STEPS = 8  # of a refit
+AFTER_TOO_FAR = 0.3  # a step that went too far, the next time
 SETTLED = 0.98  # of what remains, from one step to the next
 
 
@@ -185,7 +185,7 @@ class Outlook:
     def separation_after_refit(self, right: Fit, other: Fit) -> float:
         """sigma with all actions that refitting ``other`` leaves, were ``right`` right: by numbers that march."""
         there, least, fit, step = self.predict(right, [])[0], np.inf, other, np.zeros(len(other.free))
-        for _ in range(STEPS):
+        for _ in range(REFIT_STEPS):
             vector = fit.vector.copy()
             vector[fit.free] += step
             tried = replace(fit, vector=vector, settled=False) if step.any() else fit
@@ -198,7 +198,7 @@ class Outlook:
             if not size < SETTLED * least:
                 if size <= least or not step.any():
                     return min(size, least)
-                step = SHORTER * step
+                step = AFTER_TOO_FAR * step
                 continue
             least, fit = size, tried
             columns = np.concatenate(

@@ -24,9 +24,9 @@ from belt_sim.diagnosis.samples import Samples, zero_is_read
 # LevelFinder reads them off the campaign, as factors on what is stated.
 
 
-SMOOTH = float(np.sqrt(3.0))  # over the length of a smooth wander: one over that of its exponential
+MATERN_ROOT = float(np.sqrt(3.0))  # over the length of a smooth wander: one over that of its exponential
 FREE_ZERO = 0.02  # [m], one sigma of a zero that is read off a record: more than any sensor was set off by
-FLOOR = 1e-9  # [m or rad], so that a signal stated as perfect still has a covariance
+LEAST_NOISE = 1e-9  # [m or rad], so that a signal stated as perfect still has a covariance
 
 
 class Reach(NamedTuple):
@@ -81,10 +81,10 @@ def wander_kernel(signal: SignalSheet, travel: np.ndarray, reach: Reach) -> np.n
     apart = np.abs(travel[:, None] - travel[None, :]) / (reach.length * max(signal.wander_length, 1e-6))
     if not reach.smooth:
         return signal.wander_sd**2 * np.exp(-apart)
-    return signal.wander_sd**2 * (1.0 + SMOOTH * apart) * np.exp(-SMOOTH * apart)
+    return signal.wander_sd**2 * (1.0 + MATERN_ROOT * apart) * np.exp(-MATERN_ROOT * apart)
 
 
-AT_ONCE = 64  # sets of readings that are worked on together: more do not stay within a processor's reach
+WHITENED_AT_ONCE = 64  # sets of readings that are worked on together: more do not stay within a processor's reach
 
 
 @dataclass(frozen=True)
@@ -115,10 +115,10 @@ class Metric:
         many = int(np.prod(x.shape[:-3]))
         each, found = x.reshape(many, *x.shape[-3:]), np.empty((many, int(np.prod(x.shape[-3:]))), x.dtype)
         own = self._single if x.dtype == np.float32 else self
-        for start in range(0, many, AT_ONCE):
-            white = own.noise_white(each[start : start + AT_ONCE])
+        for start in range(0, many, WHITENED_AT_ONCE):
+            white = own.noise_white(each[start : start + WHITENED_AT_ONCE])
             alone, (directions, share) = _shrink_runs(white, *own.local), own.shared
-            found[start : start + AT_ONCE] = alone - ((alone @ directions.T) * share) @ directions
+            found[start : start + WHITENED_AT_ONCE] = alone - ((alone @ directions.T) * share) @ directions
         return found.reshape(*x.shape[:-3], found.shape[1])
 
     @cached_property
@@ -208,7 +208,7 @@ def metric_of(samples: Samples, levels: Levels, shapes: np.ndarray, shared: np.n
             key = keep.tobytes(), travel.tobytes(), per_bin, level, stated
             if key not in seen:  # of one run's samples of one signal, without what a run shares
                 white, wander, reach = level
-                noise = (white * max(signal.white, FLOOR)) ** 2 / per_bin * np.eye(len(travel))
+                noise = (white * max(signal.white, LEAST_NOISE)) ** 2 / per_bin * np.eye(len(travel))
                 lower = cholesky(wander**2 * wander_kernel(signal, travel, reach) + noise, lower=True)
                 seen[key] = len(roots)
                 roots.append(np.zeros((n, n)))
@@ -233,11 +233,11 @@ def _shrinkage(columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 # Long records are averaged in bins for what is slow, and the scatter within short windows is kept for what is fast.
 
 
-LEAST = 12  # readings of a contrast
+CONTRAST_READINGS = 12  # readings of a contrast
 BINS = 64  # of a run, at most
 WINDOW = 8  # samples, within which what is fast is looked for beside a parabola
-KNOWN = 1.0  # length, in units of the stated noise, of sums of known columns that are given up
-SHARE = 3  # at most one direction of so many is given up to known columns
+GIVEN_UP_LENGTH = 1.0  # length, in units of the stated noise, of sums of known columns that are given up
+GIVEN_UP_SHARE = 3  # at most one direction of so many is given up to known columns
 _FAST = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, WINDOW), 3), mode="complete")[0][:, 3:]
 
 
@@ -264,7 +264,7 @@ class Contrast:
     def project(self, errors: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Readings (R, S, n) -> slow (m,) and fast (windows, f), with the stated white noise of unit size."""
         sums = np.array(self.weights) @ errors[list(self.runs), self.signal][:, self.keep]
-        sums = sums * (np.sqrt(self.per_bin) / max(self.sheet.white, FLOOR))
+        sums = sums * (np.sqrt(self.per_bin) / max(self.sheet.white, LEAST_NOISE))
         slow = np.sqrt(self.bin_size) * _bin_means(sums, self.bin_size) @ self.free
         return slow, sums[: self.windows * WINDOW].reshape(-1, WINDOW) @ _FAST
 
@@ -282,13 +282,13 @@ def _wander(sheet: SignalSheet, travel: bytes, per_bin: float, q: int, reach: Re
     the same wherever predictions are taken.
     """
     at = np.frombuffer(travel)
-    kernel = per_bin / max(sheet.white, FLOOR) ** 2 * wander_kernel(sheet, at, reach)
+    kernel = per_bin / max(sheet.white, LEAST_NOISE) ** 2 * wander_kernel(sheet, at, reach)
     return q * _bin_covariance(kernel, q), _fast_modes(sheet, float(np.median(np.diff(at))), per_bin, reach)
 
 
 def _fast_modes(sheet: SignalSheet, spacing: float, per_bin: float, reach: Reach) -> tuple[np.ndarray, np.ndarray]:
     """Variance of wander over that of white noise in every fast mode (f,), and the modes (f, f), as stated."""
-    near = per_bin / max(sheet.white, FLOOR) ** 2 * wander_kernel(sheet, spacing * np.arange(WINDOW), reach)
+    near = per_bin / max(sheet.white, LEAST_NOISE) ** 2 * wander_kernel(sheet, spacing * np.arange(WINDOW), reach)
     ratios, modes = np.linalg.eigh(_FAST.T @ near @ _FAST)
     return np.maximum(ratios, 0.0), modes
 
@@ -336,13 +336,13 @@ def contrast(
     sizes that may occur, each run by itself; None where there is too little of it.
     """
     keep = np.flatnonzero(np.isfinite(samples.y[list(runs), s]).all(axis=0))
-    if len(keep) < LEAST:
+    if len(keep) < CONTRAST_READINGS:
         return None
     q = -(-len(keep) // BINS)
     per_bin = float(1.0 / np.sum(np.square(weights) / samples.per_bin[list(runs)]))
     sheet, travel = samples.signals[s], samples.travel[runs[0], keep]
     noise = _bin_covariance(wander_kernel(sheet, travel, Reach()), q)
-    noise += np.eye(len(noise)) * max(sheet.white, FLOOR) ** 2 / (per_bin * q)
+    noise += np.eye(len(noise)) * max(sheet.white, LEAST_NOISE) ** 2 / (per_bin * q)
     known = np.einsum("r,krn->rkn", weights, columns[:, list(runs), s][..., keep]).reshape(-1, len(keep))
     # orthonormal directions (b, m) beside a constant and all that the known can do to the noise that could be seen
     rows, lower = _bin_means(known, q), np.linalg.cholesky(noise)
@@ -351,7 +351,7 @@ def contrast(
     start = seen[:, :1] / np.linalg.norm(seen[:, 0])
     rest = seen[:, 1:] - start @ (start.T @ seen[:, 1:])
     values, vectors = np.linalg.eigh(rest @ rest.T)
-    strong = vectors[:, values > KNOWN**2][:, -(rows.shape[1] // SHARE) :]
+    strong = vectors[:, values > GIVEN_UP_LENGTH**2][:, -(rows.shape[1] // GIVEN_UP_SHARE) :]
     taken = np.concatenate([first, lower @ strong], axis=1)
     directions = np.linalg.qr(taken / np.linalg.norm(taken, axis=0), mode="complete")[0]
     return Contrast(
@@ -465,14 +465,15 @@ def find_disagreements(
 
 #: stated levels may be off by this much either way (one sigma of their logarithm); data sheets are no better
 LEVEL_SPREAD = 0.35
-FACTORS = np.exp(np.linspace(np.log(0.2), np.log(5.0), 35))
+LEVEL_FACTORS = np.exp(np.linspace(np.log(0.2), np.log(5.0), 35))
 TOGETHER = 0.6  # the same of both levels together, where something was read off
 LENGTH_SPREAD = 0.8  # the same of the wander length, which few data sheets give at all
 LENGTH_STEP = 1.5  # from one length of the grid to the next
-LENGTHS = (0.7, 14.0)  # [m] that the grid covers, the stated length apart
-MOST = 1.2  # sigmas from the data sheet, of levels of which nothing is known
+GRID_LENGTHS = (0.7, 14.0)  # [m] that the grid covers, the stated length apart
+UNREAD_SIGMAS = 1.2  # sigmas from the data sheet, of levels of which nothing is known
 MODES = 24  # of a record, into which its Fourier modes are put together
-BEYOND = 9.2  # chi2 (a likelihood ratio of 100) against repeats, beyond which what runs show is not taken for noise
+# chi2 (a likelihood ratio of 100) against repeats, beyond which what runs show is not taken for noise
+AGAINST_REPEATS = 9.2
 TIE = 1e-6  # weight of the data sheet where noise says nothing of a level
 
 
@@ -489,11 +490,11 @@ class SignalLevels:
     ) -> None:
         """fast: what every run shows by itself, beside contrasts of repeats; smooth: the wander is."""
         steps = LENGTH_STEP ** np.arange(-8.0, 9.0)  # of the stated wander length
-        inside = [LENGTHS[0] <= x <= LENGTHS[1] for x in steps * max(signal.wander_length, 1e-6)]
+        inside = [GRID_LENGTHS[0] <= x <= GRID_LENGTHS[1] for x in steps * max(signal.wander_length, 1e-6)]
         self.lengths = steps[inside | (steps == 1.0)] if signal.wander_sd > 0 else np.ones(1)
         self.contrasts = contrasts
         self.fast = list(fast) if contrasts else []
-        logs = np.log(FACTORS)
+        logs = np.log(LEVEL_FACTORS)
         both = np.linalg.inv(TOGETHER**2 + LEVEL_SPREAD**2 * np.eye(2))
         prior = both[0, 0] * (logs[:, None] ** 2 + logs**2) + 2.0 * both[0, 1] * logs[:, None] * logs
         by_length = np.log(self.lengths) ** 2 / LENGTH_SPREAD**2
@@ -519,9 +520,9 @@ class SignalLevels:
             turn = np.pi * 0.5 * (first + last - 1) / count  # of the phase from sample to sample
             spacing = float(np.median(np.diff(contrast.travel)))
             steps = spacing / (self.lengths * max(signal.wander_length, 1e-6))[:, None]
-            wander = signal.wander_sd**2 * of_wander((SMOOTH if smooth else 1.0) * steps, turn, smooth)
-            white = max(signal.white, FLOOR) ** 2 / contrast.per_bin
-            f2 = FACTORS**2
+            wander = signal.wander_sd**2 * of_wander((MATERN_ROOT if smooth else 1.0) * steps, turn, smooth)
+            white = max(signal.white, LEAST_NOISE) ** 2 / contrast.per_bin
+            f2 = LEVEL_FACTORS**2
             spectra = f2[:, None, None] * white + f2[:, None] * wander[:, None, None, :]
             self.spectra, self.modes_of = spectra.reshape(-1, len(first)), (last - first).astype(float)
 
@@ -529,8 +530,8 @@ class SignalLevels:
         """-2 log probability (lengths, white factors, wander factors) after readings (R, S, n).
 
         A few repeats tell a level to a tenth, all runs to a hundredth; but runs may hold a short wave that no model
-        has. So either what is fast in every run is noise, or by odds of exp(-BEYOND/2) it is not, and repeats are
-        believed alone. least: of the cost of what is fast, were it noise; by default of this kind of wander.
+        has. So either what is fast in every run is noise, or by odds of exp(-AGAINST_REPEATS/2) it is not, and repeats
+        are believed alone. least: of the cost of what is fast, were it noise; by default of this kind of wander.
         """
         every = self.cost_of_every_run(errors)
         least = float(every.min()) if least is None else least
@@ -541,7 +542,7 @@ class SignalLevels:
                 rows += [z @ slow, (windows @ fast).ravel()]
             squares = np.square(np.concatenate(rows))
             cost[k] += weights @ np.bincount(of, squares, minlength=weights.shape[2])
-        return cost - 2.0 * np.logaddexp(-0.5 * (every - least), -0.5 * BEYOND)
+        return cost - 2.0 * np.logaddexp(-0.5 * (every - least), -0.5 * AGAINST_REPEATS)
 
     def cost_of_every_run(self, errors: np.ndarray) -> np.ndarray:
         """The same of what is fast in every run, were it noise."""
@@ -550,7 +551,7 @@ class SignalLevels:
         for part in self.fast:
             here = errors[:, part.signal][:, part.keep[: len(part.keep) // WINDOW * WINDOW]]
             there = np.where(np.isfinite(here), here, 0.0)  # what runs of no weight here have not measured
-            rows = part.weights @ there * (np.sqrt(part.per_bin) / max(part.sheet.white, FLOOR))
+            rows = part.weights @ there * (np.sqrt(part.per_bin) / max(part.sheet.white, LEAST_NOISE))
             windows = rows.reshape(-1, WINDOW) @ _FAST
             products.append((len(windows), windows.T @ windows))
         for k, grids in enumerate(self.fast_grids):
@@ -575,24 +576,24 @@ class SignalLevels:
         """
         apart = (1.0 / self.spectra) @ (mean * self.modes_of) + np.log(self.spectra) @ self.modes_of
         k, i, j = np.unravel_index(np.argmin(apart + TIE * self.prior.ravel()), self.prior.shape)
-        return float(FACTORS[i]), float(FACTORS[j]), float(self.lengths[k])
+        return float(LEVEL_FACTORS[i]), float(LEVEL_FACTORS[j]), float(self.lengths[k])
 
     def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
         """Levels (count, 3) by their probability, spread over the cells of the grid."""
         if not self.contrasts:
             spread = np.array([LEVEL_SPREAD, LEVEL_SPREAD, LENGTH_SPREAD])
-            return np.exp(spread * rng.standard_normal((count, 3)).clip(-MOST, MOST))
+            return np.exp(spread * rng.standard_normal((count, 3)).clip(-UNREAD_SIGMAS, UNREAD_SIGMAS))
         cost = self.cost(errors)
         weight = np.exp(-0.5 * (cost - cost.min())).ravel()
         k, i, j = np.unravel_index(rng.choice(weight.size, size=count, p=weight / weight.sum()), cost.shape)
-        steps = np.log([FACTORS[1] / FACTORS[0]] * 2 + [LENGTH_STEP])
+        steps = np.log([LEVEL_FACTORS[1] / LEVEL_FACTORS[0]] * 2 + [LENGTH_STEP])
         within = np.exp(steps * (rng.random((count, 3)) - 0.5))
-        return np.stack([FACTORS[i], FACTORS[j], self.lengths[k]], axis=1) * within
+        return np.stack([LEVEL_FACTORS[i], LEVEL_FACTORS[j], self.lengths[k]], axis=1) * within
 
 
 def _variance(ratios: np.ndarray) -> np.ndarray:
     """Variance (white factors, wander factors, k) of modes with such ratios (k,) of wander to white noise."""
-    return FACTORS[:, None, None] ** 2 + FACTORS[None, :, None] ** 2 * ratios
+    return LEVEL_FACTORS[:, None, None] ** 2 + LEVEL_FACTORS[None, :, None] ** 2 * ratios
 
 
 def of_wander(steps: np.ndarray, turn: np.ndarray, smooth: bool) -> np.ndarray:

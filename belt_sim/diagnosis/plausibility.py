@@ -17,7 +17,7 @@ from belt_sim.results.estimates import COVERAGE_95, Estimate
 
 DIVERGED = 1e4  # times a parameter's scale: no optimum but a direction in which the readings say nothing
 ROUNDED = 1e-9  # share of a bound, by which a number that a fit put there may have come out beside it
-EDGE = 2.0  # what a machine could have is a judgement, good to this factor
+PLAUSIBLE_FACTOR = 2.0  # what a machine could have is a judgement, good to this factor
 
 
 def estimates(forward: Forward, fit: Fit, *, every: bool = False) -> dict[str, dict[str, Estimate]]:
@@ -58,7 +58,10 @@ def _judge(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> lis
 def plausible_bounds(slot: Slot) -> tuple[float, float]:
     """Lowest and highest that a number of a real machine could be, in units of its scale."""
     low, high = (bound - slot.parameter.null for bound in slot.parameter.plausible)
-    lowest, highest = low * EDGE if low < 0.0 else low / EDGE, high * EDGE if high > 0.0 else high / EDGE
+    lowest, highest = (
+        low * PLAUSIBLE_FACTOR if low < 0.0 else low / PLAUSIBLE_FACTOR,
+        high * PLAUSIBLE_FACTOR if high > 0.0 else high / PLAUSIBLE_FACTOR,
+    )
     return (slot.parameter.null + lowest) / slot.scale, (slot.parameter.null + highest) / slot.scale
 
 
@@ -226,10 +229,10 @@ def inseparable_numbers(forward: Forward, fit: Fit) -> list[Inseparable]:
 
 
 LINEAR = 0.15  # share by which the root of a rise may differ from the parabola's
-ROUNDS = 4  # places tried either way
+ROOT_ROUNDS = 4  # places tried either way
 FARTHEST = 3.0  # times as far from one place to the next, at most
-CLOSE = 0.1  # how near the root of a rise comes to what it should be
-LEAST = 0.3  # share of the way to a place where chi2 is far too large, at least
+ROOT_TOLERANCE = 0.1  # how near the root of a rise comes to what it should be
+LEAST_WAY = 0.3  # share of the way to a place where chi2 is far too large, at least
 
 Found = Mapping[str, Mapping[str, Estimate]]
 
@@ -250,7 +253,7 @@ def profile_intervals(bench: Workbench, fit: Fit, found: Found) -> dict[str, dic
     at_first = [side.at / max(side.u, 1e-300) for side in sides]  # what a parabola has there
     off = np.abs(rises - at_first) >= LINEAR * COVERAGE_95
     crooked = {sides[k].row for k in np.flatnonzero(off)}
-    for _ in range(ROUNDS if crooked else 0):
+    for _ in range(ROOT_ROUNDS if crooked else 0):
         held, due = [], [side for side in sides if side.row in crooked and not side.is_bracketed]
         for side in due:  # from the farthest place that is within, the number held at the next
             nearest = side.inside.copy()
@@ -293,7 +296,7 @@ class _Side:
     def record(self, rise: float, vector: np.ndarray) -> None:
         """Root of the rise of chi2 at the place asked for; the next place follows from all that are known."""
         self.rises.append((self.at, rise))
-        self.is_bracketed = abs(rise - COVERAGE_95) < CLOSE or (self.at >= self.most and rise < COVERAGE_95)
+        self.is_bracketed = abs(rise - COVERAGE_95) < ROOT_TOLERANCE or (self.at >= self.most and rise < COVERAGE_95)
         if rise <= COVERAGE_95:
             self.inside = max(self.inside, vector, key=lambda v: self.way * v[self.position])
         # where the rise reaches that of the interval: between two places, or beyond the last
@@ -301,9 +304,9 @@ class _Side:
         beyond = [p for p in sorted(self.rises) if p[1] > COVERAGE_95 and p[0] > below[0]]
         if beyond:
             share = (COVERAGE_95 - below[1]) / (beyond[0][1] - below[1])
-            there = below[0] + max(share, LEAST) * (beyond[0][0] - below[0])
+            there = below[0] + max(share, LEAST_WAY) * (beyond[0][0] - below[0])
         else:
             there = below[0] * float(np.clip(COVERAGE_95 / max(below[1], 1e-9), 1.0, FARTHEST))
         self.at = min(there, self.most)
-        open_ended = all(rise < COVERAGE_95 - CLOSE for _, rise in self.rises)
+        open_ended = all(rise < COVERAGE_95 - ROOT_TOLERANCE for _, rise in self.rises)
         self.end = self.value + self.way * (self.most if open_ended else self.at)

@@ -23,7 +23,7 @@ from belt_sim.line.spans import Composition
 
 
 MAX_SAMPLES = 256  # per run; denser records are averaged in bins, which loses nothing that a belt can do
-WITHIN = 2.0  # sigmas of the place of the yaw, within which it may have jumped
+YAW_PLACE_SIGMAS = 2.0  # sigmas of the place of the yaw, within which it may have jumped
 JUMP = 0.1  # [m] about the start and the change of yaw in which a tilt is not judged: it jumps there, within one step
 
 
@@ -101,7 +101,7 @@ def samples_of(campaign: Campaign, *, leave_out_bad: bool = True) -> Samples:
             y[k, j] -= reading_at_yaw(s - runs[k].yaw_at, values[j])
         # means of readings before and after the start, or a change of yaw, say nothing of either
         near = max(JUMP, 0.5 * float(np.median(np.diff(s))) if per_bin > 1 and len(s) > 1 else 0.0)
-        at_yaw = np.abs(s - runs[k].yaw_at) <= max(near, WITHIN * runs[k].yaw_at_u)
+        at_yaw = np.abs(s - runs[k].yaw_at) <= max(near, YAW_PLACE_SIGMAS * runs[k].yaw_at_u)
         y[k, jump, : len(s)] = np.where((np.abs(s) <= near) | at_yaw, np.nan, y[k, jump, : len(s)])
     return Samples(
         runs=runs,
@@ -136,7 +136,7 @@ def zero_is_read(samples: Samples, signal: SignalSheet) -> np.ndarray:
 # passes the place earlier or later than it passes that point.
 
 
-BEFORE = 0.5  # [m] of travel before the yaw, over which a sensor that moves with it is seen at rest
+SEEN_AT_REST = 0.5  # [m] of travel before the yaw, over which a sensor that moves with it is seen at rest
 INSIDE = ("bend", "hold")  # hooks of effects that shape a span between its ends, which readings there would show
 
 
@@ -160,9 +160,9 @@ def check_sensor_places(samples: Samples, model: Composition, classes: Sequence[
     """Raise CannotRepresent where a sensor inside a span would see an effect that is computed at the ends only, and
     InputError where a record begins with the yaw, which moves spans and wraps at once."""
     places = places_of(samples)
-    late = next((r for r in samples.runs if places and (r.yaw or r.yaw_head) and r.yaw_at < BEFORE), None)
+    late = next((r for r in samples.runs if places and (r.yaw or r.yaw_head) and r.yaw_at < SEEN_AT_REST), None)
     if late:
-        remedy = f"a sensor at = {places[0]} moves at once with the yaw: begin the record {BEFORE:g} m before it"
+        remedy = f"a sensor at = {places[0]} moves at once with the yaw: begin the record {SEEN_AT_REST:g} m before it"
         raise InputError(f"runs.csv, {late.name}: yaw_at_m", late.yaw_at, "m", remedy)
     inside = first_place_inside_span(samples.signals)
     acting: Sequence[Hooks | type[Hooks]] = (*model.built_in, *classes)

@@ -112,7 +112,7 @@ def fit_best(
     fits = bench.fit(starts, race.find_hopeless)
     chi2, least = race.front(fits)  # what is the best of its effect near the front, or as good, comes to its end
     near = {n for n, c in chi2.items() if race.score(n, c) > least}
-    ends = [k for k, n in enumerate(owners) if n in near and fits[k].chi2 < chi2[n] + ALIKE]
+    ends = [k for k, n in enumerate(owners) if n in near and fits[k].chi2 < chi2[n] + SAME_END]
     ends = [k for k in ends if not fits[k].is_converged]
     for k, fit in zip(ends, bench.fit([fits[k] for k in ends]), strict=True):
         fits[k] = fit
@@ -127,13 +127,13 @@ def fit_best(
 
 def is_better(bench: Workbench, one: Fit, other: Fit) -> bool:
     """Whether one fit is better than another; of two that readings do not tell apart, what a machine can have is."""
-    if abs(one.chi2 - other.chi2) > ALIKE:
+    if abs(one.chi2 - other.chi2) > SAME_END:
         return one.chi2 < other.chi2
     return (is_plausible(bench.forward, one), -one.chi2) > (is_plausible(bench.forward, other), -other.chi2)
 
 
 PER_NUMBER = 2.0  # chi2 that each further free number must gain (Akaike): the 70 of an edge gain 70 by chance
-ALIKE = 0.5  # chi2 by which two ends of one fit may differ along a valley that readings hardly bound
+SAME_END = 0.5  # chi2 by which two ends of one fit may differ along a valley that readings hardly bound
 FRONT = 12.0  # chi2 behind the best effect, or the least that counts: further behind, no exact end is needed
 HORIZON = 20.0  # steps as good as the next that a fit behind others is given
 BEHIND = 0.3  # share of the best score so far; a valley is slow where it bends, and what is ahead now may lose
@@ -188,7 +188,7 @@ class Race:
 # Columns at null say little of a nonlinear effect (a guide that touches from some gap on). One that was fitted by
 # itself is known where it then stands, and so is what each of the others would add there.
 
-FEW = 4  # numbers of an effect, at most; one with more (a free edge profile) looks like no sum of others
+NUMBERS_IN_PAIRS = 4  # numbers of an effect, at most; one with more (a free edge profile) looks like no sum of others
 NESTING = 1.0  # chi2, by which a pair must be ahead of its members
 ALIKE_PAIRS = 1e-9  # of the largest eigenvalue of columns of unit length: those below are sums of the others
 
@@ -209,10 +209,10 @@ def leading_pairs(
 
 
 def linear_gains(shapes: Mapping[str, np.ndarray], residual: np.ndarray) -> dict[Names, float]:
-    """chi2 that every effect of FEW numbers, and every pair of them, takes of a residual (N,) in the linear range;
+    """chi2 that every effect of NUMBERS_IN_PAIRS numbers, and every pair, takes of a residual (N,) in the linear range;
     shapes: effect -> whitened shapes (k, N).
     """
-    few = {n: rows for n, rows in shapes.items() if 0 < len(rows) <= FEW}
+    few = {n: rows for n, rows in shapes.items() if 0 < len(rows) <= NUMBERS_IN_PAIRS}
     rows = np.concatenate([np.empty((0, len(residual))), *few.values()])
     unit = rows / np.maximum(np.linalg.norm(rows, axis=1, keepdims=True), 1e-300)
     gram, moments, ends = unit @ unit.T, unit @ residual, np.cumsum([0, *map(len, few.values())])
@@ -238,13 +238,13 @@ def marginal_gains(fit: Fit, shapes: Mapping[str, np.ndarray]) -> dict[str, floa
 # state is one value, ``Search``; every step returns a new one.
 
 
-ROUNDS = 8
+SEARCH_ROUNDS = 8
 PAIRS = 3  # that are fitted because they promise more together than any effect alone
 MAX_EFFECTS = 4
 MOVES = 3  # more, at most, until nuisances are where the fit at them puts them
 UNMOVED = 1.0  # squared distance of two fits [sigma^2], below which readings hardly tell them apart
 RISE = 1.0  # chi2, by which a larger set may fit worse than a smaller one, by rounding and the end of a fit
-NOTHING: Ids = frozenset()
+NO_EFFECTS: Ids = frozenset()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -261,7 +261,7 @@ class Search:
     bench: Workbench
     linearisation: Linearisation
     inflation: float = 1.0
-    reference: Ids = NOTHING
+    reference: Ids = NO_EFFECTS
     fits: Mapping[Ids, Fit] = field(default_factory=dict)
     starts: Mapping[Ids, Fit] = field(default_factory=dict)
     extended: frozenset[Ids] = frozenset()
@@ -284,7 +284,7 @@ def run_search(search: Search) -> Search:
     Sets are compared on one workbench: noise levels, and with them what a gain counts, differ on others.
     """
     search = add_pairs(search, PAIRS)
-    for _ in range(ROUNDS):
+    for _ in range(SEARCH_ROUNDS):
         best = _likeliest(search)
         ids = search.fits[best].ids
         if best != search.reference:
@@ -373,7 +373,7 @@ def keep_screened(search: Search, key: Ids, screened: Mapping[str, Fit]) -> Sear
         gain = search.fits[key].chi2 - fit.chi2
         if gain < -RISE:
             raise FitError(f"refit of {name} beside {sorted(key)}: chi2 rose by {-gain:.3g}; the optimiser failed")
-        if key == NOTHING:
+        if key == NO_EFFECTS:
             singles[name] = fit
     return replace(search, fits=fits, starts=starts, extended=search.extended | {key}, singles=singles)
 
@@ -386,12 +386,12 @@ def add_pairs(search: Search, count: int) -> Search:
     shapes = {n: whiten(near.shapes_of(search.bench, n)) for n in search.names}
     gains: dict[Ids, float] = {}  # where columns at null say little
     for name, fit in search.singles.items():
-        own = max(search.fits[NOTHING].chi2 - fit.chi2, 0.0)
+        own = max(search.fits[NO_EFFECTS].chi2 - fit.chi2, 0.0)
         if own > search.penalty and name in near.starts:
             more = marginal_gains(fit, {n: s for n, s in shapes.items() if n != name})
             gains |= {frozenset([name]): own}
             gains |= {frozenset([name, n]): own + gain for n, gain in more.items()}
-    residual = search.fits[NOTHING].residual
+    residual = search.fits[NO_EFFECTS].residual
     return add_fits(search, leading_pairs(shapes, residual, search.penalty, count, gains))
 
 

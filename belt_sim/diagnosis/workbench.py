@@ -190,10 +190,10 @@ def start_shapes(forward: Forward, vector: np.ndarray, running: Collection[str] 
 # there. Errors then enter linearly to a higher order: on wide belts the second order of the settings alone is seen, and
 # after a dozen turns that of the length, in the short waves of an edge.
 
-SETTINGS = ("tension", "yaw", "belt_length")
-ROUNDS = 2
-FURTHEST = 2.5  # sigma: further off, what the model lacks is taken for a setting
-SEEN = 0.1  # whitened length, below which the second order does not matter
+OFF_SETTINGS = ("tension", "yaw", "belt_length")
+SETTING_ROUNDS = 2
+FURTHEST_SETTING = 2.5  # sigma: further off, what the model lacks is taken for a setting
+SECOND_ORDER_SEEN = 0.1  # whitened length, below which the second order does not matter
 
 
 def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
@@ -204,7 +204,7 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
     before = forward.values(vector[None])[0]
     expanded, values = forward, before
     others, by_length = (shared[:-1], shared[-1]) if length > 0.0 else (shared, np.zeros_like(before))
-    for _ in range(ROUNDS):
+    for _ in range(SETTING_ROUNDS):
         there = [c for c in forward.classes if c.is_additive() and np.any(vector[forward.index(c.id)])]
         shapes = [expanded.columns_of(c, vector) for c in there]
         free = np.concatenate([np.zeros((0, *y.shape)), *shapes])  # fitted to the length as it is
@@ -217,7 +217,7 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
         taken = np.linalg.qr(bare.whiten(free).T)[0]
         white -= (white @ taken) @ taken.T
         longer = np.linalg.solve(white[:-1] @ white[:-1].T + np.eye(len(every)), white[:-1] @ white[-1])[-1]
-        longer = float(np.clip(longer, -FURTHEST, FURTHEST))
+        longer = float(np.clip(longer, -FURTHEST_SETTING, FURTHEST_SETTING))
         # tension and yaw (2, R) in sigmas after errors (R, S, n) and the prior; shapes (K, R, S, n): all
         # nuisances
         columns, residual = (
@@ -226,15 +226,15 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
         )
         normal = columns @ columns.swapaxes(1, 2) + np.eye(len(bench.shapes))
         found = np.linalg.solve(normal, columns @ residual[..., None])[..., 0]
-        off = np.clip(found[:, :2].T, -FURTHEST, FURTHEST)
+        off = np.clip(found[:, :2].T, -FURTHEST_SETTING, FURTHEST_SETTING)
         tension, yaw = sigma[:2, None] * off
         moved = forward.set_to(tension, yaw, length * longer)
-        _, slopes = moved.expand(vector, [moved.nuisances[NUISANCES.index(name)] for name in SETTINGS])
+        _, slopes = moved.expand(vector, [moved.nuisances[NUISANCES.index(name)] for name in OFF_SETTINGS])
         slopes[0] /= 1.0 + moved.tension[:, None, None]
         slopes *= sigma[:, None, None, None]
         by_length = slopes[2]
         expanded = moved.subtract(np.einsum("kr,krsn->rsn", off, slopes[:2]) + longer * by_length)
         values = expanded.values(vector[None])[0]
-    if not np.isfinite(values).all() or np.linalg.norm(metric.noise_white(values - before)) < SEEN:
+    if not np.isfinite(values).all() or np.linalg.norm(metric.noise_white(values - before)) < SECOND_ORDER_SEEN:
         return forward
     return expanded

@@ -23,15 +23,16 @@ from belt_sim.effects.law import PULLEYS, ROLLS, WRAPPED, Form, Law, Term, stop
 
 ITERATIONS = 60  # at most; those of a Volterra equation converge
 DAMPING = 0.3  # share of a step, where whole steps do not converge
-CLOSE = 1e-5  # of the largest state, between iterations
-FURTHEST = 10.0  # times the largest state: a belt that has run away
-STEPS = 8  # of the fit
+STATE_TOLERANCE = 1e-5  # of the largest state, between iterations
+RUNAWAY_STATE = 10.0  # times the largest state: a belt that has run away
+LOOP_STEPS = 8  # of the fit
 LEAST_FALL, LEAST_SHARE = 0.05, 1e-4  # chi2 and share of it, between steps
-SHORTER = 4  # halvings of a step
+STEP_HALVED = 4  # halvings of a step
 NUDGE = 1e-3  # of a number, for derivatives
-LONGEST = 3.0  # records, of a length
+LONGEST_LENGTH = 3.0  # records, of a length
 STEEPEST = (-4.0, 4.0)  # exponents of the tension
-LARGE = (-0.9, -0.75, -0.5, 1.0, 4.0)  # relative changes of a span where a fit may begin: chi2 has several minima
+# relative changes of a span where a fit may begin: chi2 has several minima
+LARGE_CHANGES = (-0.9, -0.75, -0.5, 1.0, 4.0)
 
 #: whitened readings (F, R, m) of sets of numbers, and the states with the first
 LoopSolution = tuple[np.ndarray, States]
@@ -65,10 +66,10 @@ def solve_loop(data: SearchData, law: Law, sizes: np.ndarray, begin: States | No
             added = _responses_to(data, [(one.channel, one.value(settled)) for one in acting if one.reads], reads)
             step = {read: unread[read] + added[read] - settled[read] for read in reads}
             settled = {read: settled[read] + part * step[read] for read in reads}
-            converged = furthest(step) < CLOSE
-            if converged or not furthest(settled) < FURTHEST:
+            converged = furthest(step) < STATE_TOLERANCE
+            if converged or not furthest(settled) < RUNAWAY_STATE:
                 break
-        if converged and furthest(settled) < FURTHEST:
+        if converged and furthest(settled) < RUNAWAY_STATE:
             break
     else:
         return None
@@ -251,7 +252,7 @@ class ClosedLoopFit:
         return ScoredLaw(self.law, self.gain, self.score, tuple(self.sizes))
 
 
-def fit_closed_loop(data: SearchData, law: Law, sizes, steps: int = STEPS) -> ClosedLoopFit | None:
+def fit_closed_loop(data: SearchData, law: Law, sizes, steps: int = LOOP_STEPS) -> ClosedLoopFit | None:
     """The law fitted in closed loop from ``sizes``; None where the belt runs away however small they are made.
 
     What a large change of a span does goes with the tension otherwise than the linear range has it: its exponent is
@@ -281,30 +282,32 @@ def fit_closed_loop(data: SearchData, law: Law, sizes, steps: int = STEPS) -> Cl
 
 
 #: numbers of a law, what they make, and its chi2
-Point = tuple[np.ndarray, LoopSolution, float]
+LoopPoint = tuple[np.ndarray, LoopSolution, float]
 
 
-def _start(data: SearchData, law: Law, numbers: np.ndarray) -> Point | None:
+def _start(data: SearchData, law: Law, numbers: np.ndarray) -> LoopPoint | None:
     """Where a fit begins: the numbers, with sizes halved until the belt does not run away. A steady change of a span
-    begins with the size that explains most, of that, half and a quarter of it and LARGE."""
+    begins with the size that explains most, of that, half and a quarter of it and LARGE_CHANGES."""
     is_size, term = np.arange(len(numbers)) < sum(t.sizes for t in law.terms), law.terms[0]
-    halved = (_evaluate(data, law, np.where(is_size, 0.5**k * numbers, numbers)) for k in range(2 * SHORTER))
+    halved = (_evaluate(data, law, np.where(is_size, 0.5**k * numbers, numbers)) for k in range(2 * STEP_HALVED))
     first, factors = next((point for point in halved if point is not None), None), list[float]()
     steady = (term.form.variable, term.form.shape, term.form.course) == ("none", "linear", "constant")
     if len(law.terms) == 1 and term.place.relative and steady:
         largest = float(numbers[0] * np.max(data.weight(term.exponent)))  # change, at any tension
-        factors = [0.5, 0.25, *(change / largest for change in LARGE)] if largest else []
+        factors = [0.5, 0.25, *(change / largest for change in LARGE_CHANGES)] if largest else []
     points = [first, *(_evaluate(data, law, np.where(is_size, factor * numbers, numbers)) for factor in factors)]
     return min((point for point in points if point is not None), key=lambda point: point[2], default=None)
 
 
-def _evaluate(data: SearchData, law: Law, numbers: np.ndarray, begin: States | None = None) -> Point | None:
+def _evaluate(data: SearchData, law: Law, numbers: np.ndarray, begin: States | None = None) -> LoopPoint | None:
     """What numbers make, and its chi2; None where the belt runs away."""
     now, projector = solve_loop(data, *_law_with(law, numbers[None]), begin), data.projector
     return None if now is None else (numbers, now, projector.chi2(projector.residual - now[0][0]))
 
 
-def _gauss_newton_step(data: SearchData, law: Law, numbers: np.ndarray, now: LoopSolution, chi2: float) -> Point | None:
+def _gauss_newton_step(
+    data: SearchData, law: Law, numbers: np.ndarray, now: LoopSolution, chi2: float
+) -> LoopPoint | None:
     """Numbers after a Gauss-Newton step, the parameters that runs share being free, what they make, and its chi2; None
     where no step helps.
 
@@ -322,13 +325,13 @@ def _gauss_newton_step(data: SearchData, law: Law, numbers: np.ndarray, now: Loo
     names = [(t.form, n) for t in law.terms for n in t.form.numbers]
     low, top = numbers - np.inf, numbers + np.inf
     for k, (form, name) in enumerate(names, count):
-        longest = np.inf if name == "knee" else np.log(LONGEST * float(data.states.s[-1]))
+        longest = np.inf if name == "knee" else np.log(LONGEST_LENGTH * float(data.states.s[-1]))
         shortest = np.log(data.shortest(form) if name == "at" else 1e-300)
         low[k] = max(numbers[k] - np.log(2.0), min(shortest, numbers[k]))
         top[k] = min(numbers[k] + np.log(2.0), max(longest, numbers[k]))
     end = count + len(names)
     low[end:], top[end:] = (np.clip(numbers[end:] + side, *STEEPEST) for side in (-1.0, 1.0))
-    for k in range(SHORTER):
+    for k in range(STEP_HALVED):
         after = _evaluate(data, law, np.clip(numbers + step * 0.4**k, low, top), states)
         if after is not None and after[2] < chi2:
             return after

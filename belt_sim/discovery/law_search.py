@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from belt_sim.diagnosis.decide import LawEvidence, UnknownEvidence
-from belt_sim.diagnosis.examine import MANY, LawQuestion, LawResult
+from belt_sim.diagnosis.examine import MANY_READINGS, LawQuestion, LawResult
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.linear_search import TERM, ScoredLaw, distinct_families, exponents_of, single_term_laws
@@ -31,7 +31,7 @@ class LawSearch:
         """What is seen beside a fit in the linear range."""
         data = search_data_of(bench, fit, among, self.spectra)
         additive = all(c.is_additive() for c in bench.forward.classes if c.id in fit.ids)
-        if additive and bench.samples.y.size <= MANY:  # more take less time than memory
+        if additive and bench.samples.y.size <= MANY_READINGS:  # more take less time than memory
             self.begun[frozenset(fit.ids)] = data
         found = unknown_evidence(data)
         data.forget_inputs()

@@ -11,7 +11,7 @@ import numpy as np
 
 from belt_sim.case import Case
 from belt_sim.diagnosis.fit import Fit
-from belt_sim.diagnosis.forward import ROWS, room_for
+from belt_sim.diagnosis.forward import BATCH_ROWS, room_for
 from belt_sim.diagnosis.noise import Metric
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.diagnosis.workbench import Workbench
@@ -44,7 +44,7 @@ from belt_sim.line.span import log_of_change, response_by_change
 #: every kind of input at the tail and at the head pulley
 CHANNELS = tuple(f"{kind}_{pulley}" for kind in AT_PULLEYS for pulley in PULLEYS)
 
-AT_ONCE = 2  # runs that are marched together, each with every channel: more take memory and are no quicker
+RUNS_AT_ONCE = 2  # runs that are marched together, each with every channel: more take memory and are no quicker
 CELLS = 240  # of the input along the longest run, at most
 SHORTEST = 3.0  # cells in a wave
 SAMPLED = 2.0  # gaps between readings in a wave, at least (Nyquist)
@@ -127,11 +127,11 @@ def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> 
     acting = tuple(e for e in effects if overrides(e) - OUTSIDE_MARCH)
     march, cases = (
         _compile_march(forward.model, tuple(map(type, acting)), *room_for(steps, slots)),
-        _padded(samples, AT_ONCE),
+        _padded(samples, RUNS_AT_ONCE),
     )
     found = []
-    for low in range(0, len(cases.settings.tension), AT_ONCE):
-        settings = jax.tree.map(lambda x, low=low: x[low : low + AT_ONCE], cases.settings)
+    for low in range(0, len(cases.settings.tension), RUNS_AT_ONCE):
+        settings = jax.tree.map(lambda x, low=low: x[low : low + RUNS_AT_ONCE], cases.settings)
         made = march(acting, replace(cases, settings=settings), step, travel / steps, steps)
         found.append([np.asarray(x)[..., : steps + 1] for x in made])
     curves, pulses = (np.concatenate(rows)[: len(samples.runs)] for rows in zip(*found, strict=True))
@@ -195,7 +195,7 @@ def span_changes(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> dict[
     forward = bench.forward
     there = forward.effects_at(fit.vector, (*fit.ids, *among))
     effects = tuple(e for e in there if overrides(e) & {"settings", "span"})
-    made = _compile_changes(forward.model, tuple(map(type, effects)))(effects, _padded(forward.samples, ROWS))
+    made = _compile_changes(forward.model, tuple(map(type, effects)))(effects, _padded(forward.samples, BATCH_ROWS))
     made = jax.tree.map(lambda x: np.asarray(x)[: len(bench.samples.runs)], made)
     return {k: SpanChange(rows, StretchResponse(**s) if s else None) for k, (rows, s) in made.items()}
 

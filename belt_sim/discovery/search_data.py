@@ -47,7 +47,7 @@ STEADY = ("constant", "linear", "square_root")
 COURSES_ONLY = ("tension", "travel", "span", *STIFFNESS)
 SECTIONS = (0.05, 0.1, 0.2, 0.4)  # of the belt
 WIDE = (0.05, 0.1, 0.2)  # of the record, how long something lasts
-PARTS = 12  # of the record, for onsets
+ONSETS = 12  # of the record, for onsets
 RISES = (0.02, 0.04, 0.08, 0.16, 0.32, 0.64)  # of the record
 KNEES = (0.1, 0.25, 0.5, 0.75)  # of the largest size of a variable
 FADES = (0.5, 1.5, 4.5)  # wavelengths, over which a wave decays
@@ -112,7 +112,7 @@ def _courses(states: States, end: float, *kinds: str) -> list[tuple]:
         "quadratic": [("quadratic", None, None)],
         "rise": [("rise", end * r, None) for r in RISES],
         "decay": [("decay", end * r, None) for r in RISES],
-        "step": [("step", end * k / PARTS, None) for k in range(1, PARTS - 1)],
+        "step": [("step", end * k / ONSETS, None) for k in range(1, ONSETS - 1)],
         "wave": [("wave", end / c, None) for c in np.arange(1.0, end / shortest, 0.75)],
         "interval": [("interval", float(end * at), end * w) for w, at in starts],
         "decaying_wave": [
@@ -205,7 +205,7 @@ def _knees(states: States, name: str) -> list[float]:
 
 
 KNOTS = 65
-LENGTHS = {0.04: 1, 0.12: 1, 0.4: 2, 1.2: 4}  # of the record; each wants every so manieth knot
+INPUT_LENGTHS = {0.04: 1, 0.12: 1, 0.4: 2, 1.2: 4}  # of the record; each wants every so manieth knot
 HEIGHTS = np.logspace(-1.0, 7.0, 17)  # of a^2 times the mean information of a knot
 
 
@@ -433,7 +433,7 @@ class SearchData:
             if place not in self.spectra or self.spectra[place][0] != same:
                 self.spectra[place] = same, {}
             spectra = self.spectra[place][1]
-        found, bases = [], {share: basis.with_fewer_knots(apart) for share, apart in LENGTHS.items()}
+        found, bases = [], {share: basis.with_fewer_knots(apart) for share, apart in INPUT_LENGTHS.items()}
         for pool, weights in pooling_weights(self.bench.samples.runs).items():
             of_lengths = []
             for share, fewer in bases.items():  # of the likeliest height, the length being a share of the record

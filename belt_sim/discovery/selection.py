@@ -35,7 +35,7 @@ from belt_sim.jax_setup import map_in_threads
 # They are fitted and compared in closed loop.
 
 
-SINGLES, PAIRS, FIRSTS, ALIKE = 20, 8, 5, 8
+SINGLES, PAIRS, FIRSTS, LAWS_ELSEWHERE = 20, 8, 5, 8
 LIKELIEST, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
 WITH_SLOPES = 2  # laws with a knee, of which both slopes are tried
 SAME = 0.998  # cosine of readings that are the same
@@ -167,7 +167,7 @@ def _other_places(data: SearchData, best: ClosedLoopFit) -> list[tuple[SearchDat
     for laws in moved:
         gains = [data.projector.fit_sizes(at_work.columns(law))[0] for law in laws]
         scored = [ScoredLaw(law, gain, gain - cost(law)) for law, gain in zip(laws, gains, strict=True)]
-        found += distinct_families(sorted(scored, key=lambda s: -s.score), ALIKE)
+        found += distinct_families(sorted(scored, key=lambda s: -s.score), LAWS_ELSEWHERE)
     return [(at_work, found)]
 
 
@@ -208,14 +208,14 @@ def _frequency(data: SearchData, laws: Sequence[ClosedLoopFit]) -> float:
 # belt is read: of that the loop has the first order only, so such a law may explain much more in the march.
 
 
-ROUND = 2.0  # sigma
-FURTHEST = 10.0  # times the largest reading: a belt that a march takes further has run away
-HALVINGS = 20  # to a millionth, as good as nothing
+ROUND_SIGMAS = 2.0  # sigma
+RUNAWAY_READING = 10.0  # times the largest reading: a belt that a march takes further has run away
+SIZE_HALVINGS = 20  # to a millionth, as good as nothing
 WORTH_TRYING = 0.5  # of the best law's gain, that a law of the encoder has to show
 FAMILIES = 4  # of laws of the travel: against an edge's short waves a long way is not of first order
 ELSEWHERE = 2  # close laws at other places that are put into the march
 ANYWHERE = frozenset[str]()
-SHOWN = 12  # laws that are told beside the one that won
+CLOSE_LAWS_TOLD = 12  # laws that are told beside the one that won
 CERTAIN = 2.0  # sigma that the size of every term must be from zero
 
 #: number of a law -> value, u (one sigma), unit
@@ -319,7 +319,9 @@ def _round_exponents(data: SearchData, free: MarchFit) -> MarchFit:
     vector, held = free.fit.vector.copy(), set()
     for name, position in positions.items():
         value, u, _ = numbers[name]
-        round_ones = [n for n in (getattr(free.effect, name), float(np.round(value))) if abs(value - n) < ROUND * u]
+        round_ones = [
+            n for n in (getattr(free.effect, name), float(np.round(value))) if abs(value - n) < ROUND_SIGMAS * u
+        ]
         if name.startswith("exponent") and round_ones:
             vector[position] = round_ones[0] / forward.slots[position].scale
             held.add(position)
@@ -336,9 +338,9 @@ def _start_on_pulleys(bench: Workbench, vector: np.ndarray, sizes: list[int]) ->
     The sizes are those of the linear range; a law that feeds back on itself may run away in the march. None where it
     does so without the law.
     """
-    furthest = FURTHEST * float(np.nanmax(np.abs(bench.fitted.y)))
-    points = np.repeat(vector[None], HALVINGS + 1, axis=0)
-    points[:, sizes] *= 0.5 ** np.arange(HALVINGS + 1.0)[:, None]
+    furthest = RUNAWAY_READING * float(np.nanmax(np.abs(bench.fitted.y)))
+    points = np.repeat(vector[None], SIZE_HALVINGS + 1, axis=0)
+    points[:, sizes] *= 0.5 ** np.arange(SIZE_HALVINGS + 1.0)[:, None]
     for point in points:
         if float(np.max(np.abs(bench.forward.values(point[None])))) < furthest:  # nan is no less
             return point
@@ -422,7 +424,7 @@ def best_in_march(
     for won in (first, *(r for r in others if first.worth - r.worth < margin(first))):
         error = errors_of(data.bench, data.fit, won.bench, won.fit).held_out
         if error is None or error.after <= error.before:
-            return won, tuple(march.indistinguishable(won)[:SHOWN])
+            return won, tuple(march.indistinguishable(won)[:CLOSE_LAWS_TOLD])
     return None, ()
 
 
@@ -465,8 +467,8 @@ def _key(law: Law) -> tuple:
 
 # The search from end to end: where something acts, which law, and how that does in the march.
 
-FEWEST = 3  # runs, below which no law is guessed
-DESCRIBED = 0.7  # of what a latent input explains; a law that explains less does not describe it
+RUNS_OF_A_LAW = 3  # runs, below which no law is guessed
+DESCRIBED_BY_LAW = 0.7  # of what a latent input explains; a law that explains less does not describe it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -518,12 +520,15 @@ def search_law(
     pairs: whether laws of two terms are tried; matters: whether laws would change what is decided; those that
     would not if they explained LOOP and WITHIN more than in closed loop are not put into the march.
     """
-    if len(data.bench.samples.runs) < FEWEST:
+    if len(data.bench.samples.runs) < RUNS_OF_A_LAW:
         return SearchOutcome(data=data, latent_inputs=())
     tell("searching for a law of the rest")
     latent_inputs = tuple(data.latent_inputs)
     choice = choose_law(data, latent_inputs[0], pairs)
-    outcome, enough = SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice), DESCRIBED * choice.possible
+    outcome, enough = (
+        SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice),
+        DESCRIBED_BY_LAW * choice.possible,
+    )
     rise = [WITHIN + LOOP * s.gain for s in choice.judged]
     more = [replace(s, gain=s.gain + r, score=s.score + r) for s, r in zip(choice.judged, rise, strict=True)]
     to_first_order = laws_of_the_encoder(choice, latent_inputs[0])

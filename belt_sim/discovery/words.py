@@ -9,7 +9,7 @@ from belt_sim.diagnosis.drawings import label
 from belt_sim.diagnosis.errors import errors_of
 from belt_sim.discovery.linear_search import first_of_each
 from belt_sim.discovery.search_data import SearchData, course_travel, form_values, variable
-from belt_sim.discovery.selection import FEWEST, Estimates, LawChoice, MarchFit, SearchOutcome
+from belt_sim.discovery.selection import RUNS_OF_A_LAW, Estimates, LawChoice, MarchFit, SearchOutcome
 from belt_sim.effects.law import ONE_SIDED, STIFFNESS, VARIABLES, Form, Law, number_name
 from belt_sim.effects.load import save_effects
 from belt_sim.io import provenance
@@ -22,9 +22,9 @@ from belt_sim.units import N_PER_MM2, shop_unit
 # A law in words: its formula, what usually has such a law, and the sentence.
 
 
-MOST = 5  # tensions that are told
+TENSIONS_TOLD = 5  # tensions that are told
 SLIGHT = 1e-3  # relative change that is none
-NEAR = 0.01  # of a wavelength, within which it is called that of a machine part
+NEAR_WAVELENGTH = 0.01  # of a wavelength, within which it is called that of a machine part
 #: shape in a formula; x: the sign of the variable
 _SHAPES = {
     "linear": "{x}",
@@ -124,7 +124,7 @@ def looks_like(data: SearchData, law: Law) -> str:
             "one revolution of the belt": float(rig.belt_length),
             "half a revolution of the belt": float(rig.belt_length) / 2.0,
         }
-        own = next((name for name, length in lengths.items() if abs(at / length - 1.0) < NEAR), "")
+        own = next((name for name, length in lengths.items() if abs(at / length - 1.0) < NEAR_WAVELENGTH), "")
         unknown = "something that repeats, but with no part of the machine that the sheet knows"
         return f"something that comes once in {own}" if own else unknown
     if alone:
@@ -197,7 +197,7 @@ def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
     change = np.maximum(np.where(np.abs(parts[0]) >= np.abs(parts[1]), *parts), -1.0)  # (R, J), where it is the larger
     steady = all(t.form.course == "constant" and t.form.variable in ("none", "sigma") for t in law.terms)
     tensions = np.unique(data.stated_tension)
-    some = tensions[np.unique(np.linspace(0, len(tensions) - 1, MOST).round().astype(int))]
+    some = tensions[np.unique(np.linspace(0, len(tensions) - 1, TENSIONS_TOLD).round().astype(int))]
     found = []
     for tension in some:
         rows = change[data.stated_tension == tension]
@@ -214,8 +214,8 @@ def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
 # From the search to the result: what a discovery hands out.
 
 
-KEPT = 120  # points of a curve against a variable, a tension
-DRAWN = 600  # points of the law as a line
+CURVE_POINTS = 120  # points of a curve against a variable, a tension
+LAW_POINTS = 600  # points of the law as a line
 OTHERS = 2  # places that are told beside that of the law
 
 
@@ -239,7 +239,7 @@ def describe_discovery(found: SearchOutcome, probability: float, config: Any = N
     }
     if found.choice is None:
         said = "Too few runs to say what is missing."
-        if len(s.bench.samples.runs) >= FEWEST:
+        if len(s.bench.samples.runs) >= RUNS_OF_A_LAW:
             said = f"Nothing is missing that these readings show (probability of something unknown: {probability:.2g})."
         return Discovery(**common, sentence=said)
     common |= {"unit": "1", "courses": ()}
@@ -314,8 +314,9 @@ def limits_of_law(found: SearchOutcome) -> tuple[str, ...]:
     """What these runs cannot show, whatever is missing."""
     samples = found.data.bench.samples
     said = []
-    if len(samples.runs) < FEWEST:
-        said.append(f"fewer than {FEWEST} runs: no law is guessed; repeat the run, and run another tension and yaw")
+    if len(samples.runs) < RUNS_OF_A_LAW:
+        more = "repeat the run, and run another tension and yaw"
+        said.append(f"fewer than {RUNS_OF_A_LAW} runs: no law is guessed; {more}")
     yaws = [r.yaw or r.yaw_head for r in samples.runs]
     alike = {
         "one tension was run: how the unknown depends on tension cannot be known": {r.tension for r in samples.runs},
@@ -350,7 +351,7 @@ def _law_points(found: SearchOutcome, best: MarchFit) -> tuple[tuple[LawPoints, 
     numbers, length = best.estimates(), s.states.belt_length
     fitted = best.scored.law.with_numbers({name: value for name, (value, _, _) in numbers.items()}).terms[0].form
     if term.place.is_stretch:
-        line = np.linspace(0.0, length, DRAWN)
+        line = np.linspace(0.0, length, LAW_POINTS)
         return (), LawPoints(tension=0.0, x=line, u=_law_curve(fitted, numbers, length, line, by_travel=True))
     part, u = term.place.parts[0][1], latent.inputs(s.states.s)
     slack = s.weight(numbers["exponent"][0])[:, None]
@@ -373,9 +374,9 @@ def _law_points(found: SearchOutcome, best: MarchFit) -> tuple[tuple[LawPoints, 
         rows = s.stated_tension == tension
         px, pu = x[rows].ravel(), np.broadcast_to(reduced, u.shape)[rows].ravel()
         keep = np.flatnonzero(np.isfinite(pu))
-        keep = keep[:: max(1, len(keep) // KEPT)]
+        keep = keep[:: max(1, len(keep) // CURVE_POINTS)]
         points.append(LawPoints(tension=float(tension), x=px[keep], u=pu[keep]))
-    line = np.linspace(float(np.min(x)), float(np.max(x)), DRAWN)
+    line = np.linspace(float(np.min(x)), float(np.max(x)), LAW_POINTS)
     return tuple(points), LawPoints(tension=0.0, x=line, u=_law_curve(fitted, numbers, length, line, by_travel))
 
 

@@ -11,7 +11,7 @@ from belt_sim.diagnosis.fit import Fit, fit_sets
 from belt_sim.diagnosis.forward import Slot
 from belt_sim.diagnosis.linearisation import Linearisation
 from belt_sim.diagnosis.plausibility import has_diverged
-from belt_sim.diagnosis.search import NOTHING, Search, add_fits, fit_best, keep_screened, move_to
+from belt_sim.diagnosis.search import NO_EFFECTS, Search, add_fits, fit_best, keep_screened, move_to
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
 
@@ -172,8 +172,8 @@ def test_settings_are_moved_until_they_stay():
 def test_settings_are_moved_back_to_where_nothing_is_missing():
     """After a set that was dropped: nothing is fitted then that could slide."""
     moved = move_to(Search(bench=Sliding(9.1), linearisation=NOWHERE, reference=frozenset("a")), ())
-    assert (moved.bench.about, moved.reference) == (0.0, NOTHING)
-    assert moved.fits[NOTHING].free == []
+    assert (moved.bench.about, moved.reference) == (0.0, NO_EFFECTS)
+    assert moved.fits[NO_EFFECTS].free == []
 
 
 class Slow(Sliding):
@@ -195,12 +195,12 @@ def test_what_a_search_has_found_is_not_looked_for_anew(moves):
     """Neither because it ran out of rounds, nor because settings moved twice before anybody asked for it."""
     search = add_fits(Search(bench=Slow(), linearisation=NOWHERE), [()])
     found = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0, steps=24)
-    search = keep_screened(search, NOTHING, {"a": found})
+    search = keep_screened(search, NO_EFFECTS, {"a": found})
     for _ in range(moves):
         search = move_to(search, ())
     fits = add_fits(search, [(), ("a",)]).fits
     assert fits[frozenset("a")].vector[0] == 9.0
-    assert fits[NOTHING].chi2 - fits[frozenset("a")].chi2 == 99.0
+    assert fits[NO_EFFECTS].chi2 - fits[frozenset("a")].chi2 == 99.0
 
 
 def test_a_pair_begins_where_its_members_stood_by_themselves_too():
@@ -208,4 +208,4 @@ def test_a_pair_begins_where_its_members_stood_by_themselves_too():
     alone = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0)
     search = Search(bench=Slow(), linearisation=NOWHERE, starts={frozenset("a"): alone})
     fits = add_fits(search, [(), ("a", "b")]).fits
-    assert fits[NOTHING].chi2 - fits[frozenset("ab")].chi2 == 99.0
+    assert fits[NO_EFFECTS].chi2 - fits[frozenset("ab")].chi2 == 99.0

@@ -50,4 +50,4 @@ def test_what_is_left_of_careless_settings_is_their_prior(careless, monkeypatch)
 def test_settings_stay_within_what_may_occur(careless):
     far = replace(careless, fitted=replace(careless.fitted, y=careless.fitted.y + 0.01))
     forward = workbench.expand_at_likely_settings(far, far.forward.null())
-    assert np.abs(forward.tension).max() <= workbench.FURTHEST * TENSION * (1 + 1e-12)
+    assert np.abs(forward.tension).max() <= workbench.FURTHEST_SETTING * TENSION * (1 + 1e-12)

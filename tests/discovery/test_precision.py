@@ -7,7 +7,7 @@ from small_discovery import fitted, surveyed
 from belt_sim.diagnosis.linearisation import draw_noise
 from belt_sim.discovery.linear_search import Targets, _sum_of_parts, form_inputs, form_products
 from belt_sim.discovery.responses import single_precision
-from belt_sim.discovery.search_data import LENGTHS
+from belt_sim.discovery.search_data import INPUT_LENGTHS
 
 ROUNDED = 1e-5
 FEWER = 0.02  # of the largest; straight lines between every fourth knot
@@ -43,7 +43,7 @@ def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
                 assert np.count_nonzero(~seen)  # there is one that cancels
 
 
-@pytest.mark.parametrize("apart", sorted(set(LENGTHS.values())))
+@pytest.mark.parametrize("apart", sorted(set(INPUT_LENGTHS.values())))
 def test_what_is_known_of_a_long_course_is_known_on_fewer_knots(apart):
     data = surveyed("yaw_creep")
     place = next(p for p in data.places if p.name == "yaw_tail")

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from belt_sim.discovery.selection import FURTHEST, _start_on_pulleys
+from belt_sim.discovery.selection import RUNAWAY_READING, _start_on_pulleys
 
 READ = 2e-3
 
@@ -23,7 +23,7 @@ def bench(limit):
 def test_sizes_are_halved_until_the_march_stays(limit, kept):
     found = _start_on_pulleys(bench(limit), np.array([4.0, 7.0]), [0])
     assert found.tolist() == [kept, 7.0]
-    assert FURTHEST > 1.0
+    assert RUNAWAY_READING > 1.0
 
 
 def test_what_is_no_number_is_no_march_that_stays():
