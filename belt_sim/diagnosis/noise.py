@@ -104,11 +104,11 @@ class Metric:
         """L^-1 x, shape (..., R, S*n): white noise, nuisances still in it."""
         filled = x if np.isfinite(x).all() else np.where(np.isfinite(x), x, x.dtype.type(0.0))
         many, (runs, signals, n) = int(np.prod(x.shape[:-3])), x.shape[-3:]
-        each, white = filled.reshape(many, runs * signals, n), np.empty((many, runs * signals, n), x.dtype)
+        each, white = filled.reshape(many, runs, signals, n), np.empty((runs, signals, many, n), x.dtype)
         for k, root in enumerate((self._single if x.dtype == np.float32 else self).roots):
-            alike = np.flatnonzero(self.which == k)  # records of one matrix product
-            white[:, alike] = (each[:, alike].reshape(-1, n) @ root.T).reshape(many, len(alike), n)
-        return white.reshape(*x.shape[:-2], signals * n)
+            alike = self.which == k  # all of a record by one matrix product
+            white[alike] = np.matmul(each.transpose(1, 2, 0, 3)[alike], root.T)
+        return white.transpose(2, 0, 1, 3).reshape(*x.shape[:-2], signals * n)
 
     def whiten(self, x: np.ndarray) -> np.ndarray:
         """Unit-covariance vector (..., N) of readings or shapes (..., R, S, n)."""
