@@ -55,7 +55,24 @@ def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str
         raise InputError(f"{cls.id}.null()", "changes the curves", "", "every hook must return its input when null")
     lines = [f"{cls.id}: null parameters change nothing, bit for bit; units declared"]
     lines += _check_declarations(cls, model, case)
-    return lines + _check_collinearity(cls, model, campaign)
+
+    # the largest cosine between its shapes and those of each effect of the library, beside the nuisances: one that has
+    # more shapes can imitate yours, and still not be imitated by it: the evidence tells them apart
+    others = [c for c in library().values() if model.refusal(c) is None and c is not cls]
+    bench = workbench(campaign, model, [cls, *others])
+    base = bench.fit([bench.start((), bench.forward.null())])[0]
+    ids = [cls.id, *(c.id for c in others)]
+    linearisation = linearise_effects(bench, base, ids)
+    shapes = {i: bench.metric.whiten(linearisation.shapes_of(bench, i)) for i in ids}
+    bases = {i: basis(rows[np.linalg.norm(rows, axis=1) > VISIBLE_LENGTH]) for i, rows in shapes.items()}
+    own = bases.pop(cls.id)
+    if not len(own):
+        raise InputError(cls.id, "no change", "", "at its scale these readings cannot see it; give a larger scale")
+    cosines = {i: float(np.linalg.norm(b @ own.T, ord=2)) for i, b in bases.items() if len(b)}
+    for i in sorted(cosines, key=lambda i: -cosines[i])[:IMITATED_SHOWN]:
+        told = f": {i} can imitate yours" if cosines[i] > IMITATES else ""
+        lines.append(f"{cls.id}: collinearity {cosines[i]:.4f} with {i}{told}")
+    return lines
 
 
 def _contribution(cls: type[Effect], model: Composition, case: Case) -> np.ndarray:
@@ -97,26 +114,3 @@ def _check_declarations(cls: type[Effect], model: Composition, case: Case) -> li
     if abs(measured - cls.tension_exponent) > EXPONENT:
         raise InputError(f"{cls.id}.tension_exponent", cls.tension_exponent, "", f"measured {measured:.2f}")
     return [*lines, f"{cls.id}: late rate ~ tension^{measured:.2f}, declared {cls.tension_exponent:g}"]
-
-
-def _check_collinearity(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str]:
-    """Largest cosine between this effect's shapes and each library effect's, after the nuisances.
-
-    One that has more shapes can imitate yours, and still not be imitated by it: the evidence tells them apart."""
-    others = [c for c in library().values() if model.refusal(c) is None and c is not cls]
-    bench = workbench(campaign, model, [cls, *others])
-    base = bench.fit([bench.start((), bench.forward.null())])[0]
-    ids = [cls.id, *(c.id for c in others)]
-    linearisation = linearise_effects(bench, base, ids)
-    shapes = {i: bench.metric.whiten(linearisation.shapes_of(bench, i)) for i in ids}
-    bases = {i: basis(rows[np.linalg.norm(rows, axis=1) > VISIBLE_LENGTH]) for i, rows in shapes.items()}
-    own = bases.pop(cls.id)
-    if not len(own):
-        raise InputError(cls.id, "no change", "", "at its scale these readings cannot see it; give a larger scale")
-    cosines = {i: float(np.linalg.norm(b @ own.T, ord=2)) for i, b in bases.items() if len(b)}
-    worst = sorted(cosines, key=lambda i: -cosines[i])[:IMITATED_SHOWN]
-    return [
-        f"{cls.id}: collinearity {cosines[i]:.4f} with {i}"
-        + (f": {i} can imitate yours" if cosines[i] > IMITATES else "")
-        for i in worst
-    ]

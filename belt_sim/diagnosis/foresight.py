@@ -181,10 +181,16 @@ def sheet_evidence(
         rival = stated.total_of_other_models()
     if rival < best:  # the model is to blame, and not the sheet
         return ()
-    like_a_model = ranked[0][1].kind in LIKE_A_MODEL and rival - best < (1.0 - BELIEVED) * excess
-    clear = _is_clear(ranked, total) and not like_a_model
+    first = ranked[0][1]
+    like_a_model = first.kind in LIKE_A_MODEL and rival - best < (1.0 - BELIEVED) * excess
+    stiffness, one = first.kind in STIFFNESS, first.runs if len(first.runs) == 1 else None  # the run that it concerns
+    # whether it beats the stated sheet and all others, but those that do the same or concern the same run, and is more
+    # than a fault of the machine
+    alike = [m for _, m in ranked[1:] if m.runs == one or (stiffness and m.kind in STIFFNESS)]
+    others = [total, *(c for c, m in ranked[1:] if m not in alike)]
+    factor = first.size**2 if first.kind == "width" else first.size
+    clear = min(others) - best > DECISIVE and not (stiffness and 1.0 / OFF < factor < OFF) and not like_a_model
     alone, evidence = float(np.sum(stated.alone)), []
-    one = ranked[0][1].runs if len(ranked[0][1].runs) == 1 else None  # the run that the best mistake concerns
     for chi2, m in ranked:
         own = np.array([not m.runs or r.name in m.runs for r in curved.runs])
         numbers, unexplained = int(stated.counts[own].sum()), float(np.sum((stated.chi2 - stated.counts)[own]))
@@ -249,17 +255,6 @@ def free_starts(
         runs = tuple(replace(r, run_in=np.nan) if r.name in open_runs else r for r in campaign.runs)
         campaign = replace(campaign, runs=runs)
     return campaign, (Suspicion(None, (), "running_start", sentence, "look"),)
-
-
-def _is_clear(ranked: Sequence[tuple[float, SheetMistake]], total: float) -> bool:
-    """Whether the best mistake beats the stated sheet and all others, but those that do the same or concern the same
-    run, and is more than a fault of the machine."""
-    (chi2, best), *rest = ranked
-    stiffness, one = best.kind in STIFFNESS, best.runs if len(best.runs) == 1 else None
-    factor = best.size**2 if best.kind == "width" else best.size
-    alike = [m for _, m in rest if m.runs == one or (stiffness and m.kind in STIFFNESS)]
-    others = [total, *(c for c, m in rest if m not in alike)]
-    return min(others) - chi2 > DECISIVE and not (stiffness and 1.0 / OFF < factor < OFF)
 
 
 class _Layout:

@@ -129,12 +129,6 @@ class Metric:
         local, shared = ((a.astype(np.float32), b.astype(np.float32)) for a, b in (self.local, self.shared))
         return replace(self, roots=self.roots.astype(np.float32), local=local, shared=shared)
 
-    @cached_property
-    def of_single_runs(self) -> "Metric":
-        """The same with what all runs share left in."""
-        shared = self.shared[0][:0], self.shared[1][:0]
-        return replace(self, shared=shared)
-
     def chi2(self, residual: np.ndarray) -> np.ndarray:
         """Squared length of whitened residuals (..., R, S, n) -> (...)."""
         return np.sum(self.whiten(residual) ** 2, axis=-1)

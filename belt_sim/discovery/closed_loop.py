@@ -262,7 +262,18 @@ def fit_closed_loop(data: SearchData, law: Law, sizes, steps: int = LOOP_STEPS) 
     for free in (exponents, []) if exponents else ([],):
         # numbers: sizes of all terms, logarithms of their shape numbers, free exponents
         logarithms = [np.log(v) for t in law.terms for v in t.form.numbers.values()]
-        point = _start(data, law, np.array([*sizes, *logarithms, *free], dtype=float))
+        numbers = np.array([*sizes, *logarithms, *free], dtype=float)
+        is_size, term = np.arange(len(numbers)) < sum(t.sizes for t in law.terms), law.terms[0]
+        # it begins with sizes halved until the belt does not run away; a steady change of a span with the size that
+        # explains most, of that, half and a quarter of it and LARGE_CHANGES
+        halved = (_evaluate(data, law, np.where(is_size, 0.5**k * numbers, numbers)) for k in range(2 * STEP_HALVED))
+        first, factors = next((point for point in halved if point is not None), None), list[float]()
+        steady = (term.form.variable, term.form.shape, term.form.course) == ("none", "linear", "constant")
+        if len(law.terms) == 1 and term.place.relative and steady:
+            largest = float(numbers[0] * np.max(data.weight(term.exponent)))  # change, at any tension
+            factors = [0.5, 0.25, *(change / largest for change in LARGE_CHANGES)] if largest else []
+        points = [first, *(_evaluate(data, law, np.where(is_size, factor * numbers, numbers)) for factor in factors)]
+        point = min((point for point in points if point is not None), key=lambda point: point[2], default=None)
         if point is None:
             return None
         for _ in range(steps):
@@ -283,20 +294,6 @@ def fit_closed_loop(data: SearchData, law: Law, sizes, steps: int = LOOP_STEPS) 
 
 #: numbers of a law, what they make, and its chi2
 LoopPoint = tuple[np.ndarray, LoopSolution, float]
-
-
-def _start(data: SearchData, law: Law, numbers: np.ndarray) -> LoopPoint | None:
-    """Where a fit begins: the numbers, with sizes halved until the belt does not run away. A steady change of a span
-    begins with the size that explains most, of that, half and a quarter of it and LARGE_CHANGES."""
-    is_size, term = np.arange(len(numbers)) < sum(t.sizes for t in law.terms), law.terms[0]
-    halved = (_evaluate(data, law, np.where(is_size, 0.5**k * numbers, numbers)) for k in range(2 * STEP_HALVED))
-    first, factors = next((point for point in halved if point is not None), None), list[float]()
-    steady = (term.form.variable, term.form.shape, term.form.course) == ("none", "linear", "constant")
-    if len(law.terms) == 1 and term.place.relative and steady:
-        largest = float(numbers[0] * np.max(data.weight(term.exponent)))  # change, at any tension
-        factors = [0.5, 0.25, *(change / largest for change in LARGE_CHANGES)] if largest else []
-    points = [first, *(_evaluate(data, law, np.where(is_size, factor * numbers, numbers)) for factor in factors)]
-    return min((point for point in points if point is not None), key=lambda point: point[2], default=None)
 
 
 def _evaluate(data: SearchData, law: Law, numbers: np.ndarray, begin: States | None = None) -> LoopPoint | None:

@@ -62,11 +62,6 @@ class Targets:
 def form_products(data: SearchData, place: Place, targets: Targets) -> tuple[list[Form], list[Products]]:
     """The forms at a place, and the products of their columns with vectors, block by block."""
 
-    def with_targets(channel: str) -> np.ndarray:
-        if channel not in targets.channels:
-            targets.channels[channel] = data.design[channel].swapaxes(0, 1) @ targets.double
-        return targets.channels[channel]
-
     def make_blocks() -> list[Block]:  # those of the same forms are the same
         usual, rare = data.forms(place)
         reading = [f for f in (*usual, *rare) if f.reads_belt or f.is_carried]
@@ -75,7 +70,9 @@ def form_products(data: SearchData, place: Place, targets: Targets) -> tuple[lis
         return [data.compute_once(("block", tuple(some)), partial(Block, some, some is reading)) for some in some_of]
 
     blocks = data.compute_once(("forms", place.kind, place.is_carried, data.wide), make_blocks, data.states)
-    along, found = _sum_of_parts(data, place, with_targets), []
+    for channel in {channel for channel, _ in place.parts} - set(targets.channels):
+        targets.channels[channel] = data.design[channel].swapaxes(0, 1) @ targets.double
+    along, found = _sum_of_parts(data, place, targets.channels.__getitem__), []
     for block in blocks:
         if block.depends_on_pulley:
             rows = _rows(data, place, block)

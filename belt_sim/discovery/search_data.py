@@ -483,7 +483,7 @@ def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = (), spectr
     """The data for a search of what ``fit`` lacks; among: as in ``impulse_responses``; spectra: of searches beside
     other fits."""
     # what runs share is taken out: columns of the bench, and of the free parameters of the fit, which have no prior
-    metric = bench.metric.of_single_runs
+    metric = replace(bench.metric, shared=(bench.metric.shared[0][:0], bench.metric.shared[1][:0]))
     runs, shapes = (
         len(bench.samples.runs),
         np.concatenate([bench.shared, fit.slopes]) if len(fit.free) else bench.shared,

@@ -80,8 +80,14 @@ def choose_law(data: SearchData, latent: LatentInput, pairs: bool = True) -> Law
     possible = g.chi2() - g.chi2(g.residual - column) - latent.by_chance
     everything, sloped = ones, list[ClosedLoopFit]()
     if pairs and ones[0].gain < possible:
-        firsts = different_laws(data, ones, FIRSTS)
-        beside = [(replace(data, states=states_with(data, c)), c.scored_law) for c in firsts]
+        some, firsts = ones[: 4 * FIRSTS], list[int]()  # the first that do different things to the readings
+        gram = data.projector.gram_of(np.stack([c.readings for c in some]))
+        size = np.sqrt(np.maximum(np.diag(gram), 1e-30))
+        for k in range(len(some)):
+            if all(abs(gram[k, j]) < SAME * size[k] * size[j] for j in firsts):
+                firsts.append(k)
+        different = [some[k] for k in firsts[:FIRSTS]]
+        beside = [(replace(data, states=states_with(data, c)), c.scored_law) for c in different]
         seconds = [(s, distinct_families(two_term_laws(s, one), PAIRS)) for s, one in beside]
         everything, sloped = _merge(ones, _fit_all(data, seconds)), two_slope_laws(data, ones)
     polished = [fit_closed_loop(data, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
@@ -135,18 +141,6 @@ def _fit_all(data: SearchData, tried: Iterable[tuple[SearchData, Sequence[Scored
                 made = fit_closed_loop(data, plain, made.sizes)
             found += [] if made is None else [made]
     return found
-
-
-def different_laws(data: SearchData, laws: Sequence[ClosedLoopFit], count: int) -> list[ClosedLoopFit]:
-    """The first of ``laws`` that do different things to the readings."""
-    some = list(laws[: 4 * count])
-    gram = data.projector.gram_of(np.stack([c.readings for c in some]))
-    size = np.sqrt(np.maximum(np.diag(gram), 1e-30))
-    kept: list[int] = []
-    for k in range(len(some)):
-        if all(abs(gram[k, j]) < SAME * size[k] * size[j] for j in kept):
-            kept.append(k)
-    return [some[k] for k in kept[:count]]
 
 
 def _merge(some: Sequence[ClosedLoopFit], more: Sequence[ClosedLoopFit]) -> list[ClosedLoopFit]:
@@ -295,7 +289,24 @@ def fit_law_in_march(data: SearchData, scored: ScoredLaw) -> MarchFit | None:
     if start is None:
         return None
     made = _fit_from(data, scored, effect, bench.moved_to(start), Fit(ids=ids, free=free, vector=start))
-    return None if made is None else _round_exponents(data, made)
+    if made is None:
+        return None
+
+    # exponents of the tension are held that the readings cannot tell from the round ones of the search, or else from
+    # the nearest whole number: one that says nothing costs much where a tension was left out, as what is left may not
+    # know it at all
+    vector, held = made.fit.vector.copy(), set()
+    for name, (value, u, _) in made.estimates().items():
+        round_ones = [n for n in (getattr(effect, name), float(np.round(value))) if abs(value - n) < ROUND_SIGMAS * u]
+        if name.startswith("exponent") and round_ones:
+            position = made.positions[name]
+            vector[position] = round_ones[0] / forward.slots[position].scale
+            held.add(position)
+    if not held:
+        return made
+    begun = Fit(ids=ids, free=[p for p in made.fit.free if p not in held], vector=vector)
+    rounded = _fit_from(data, scored, effect, made.bench, begun)
+    return made if rounded is None or rounded.gain < made.gain - WITHIN else replace(rounded, exponent=made.exponent)
 
 
 def _fit_from(
@@ -307,29 +318,6 @@ def _fit_from(
     left = float(data.bench.metric.chi2(data.bench.fitted.y - fit.values))
     made = MarchFit(scored, effect, bench, fit, data.fit.chi2 - min(left, fit.chi2), (0.0, 0.0))
     return replace(made, exponent=made.estimates()["exponent"][:2])
-
-
-def _round_exponents(data: SearchData, free: MarchFit) -> MarchFit:
-    """The law with those exponents of the tension held that its readings cannot tell from the round ones of the search,
-    or else from the nearest whole number.
-
-    A number that says nothing costs much where a tension was left out: what is left may not know it at all.
-    """
-    numbers, positions, forward = free.estimates(), free.positions, free.bench.forward
-    vector, held = free.fit.vector.copy(), set()
-    for name, position in positions.items():
-        value, u, _ = numbers[name]
-        round_ones = [
-            n for n in (getattr(free.effect, name), float(np.round(value))) if abs(value - n) < ROUND_SIGMAS * u
-        ]
-        if name.startswith("exponent") and round_ones:
-            vector[position] = round_ones[0] / forward.slots[position].scale
-            held.add(position)
-    if not held:
-        return free
-    start = Fit(ids=free.fit.ids, free=[p for p in free.fit.free if p not in held], vector=vector)
-    made = _fit_from(data, free.scored, free.effect, free.bench, start)
-    return free if made is None or made.gain < free.gain - WITHIN else replace(made, exponent=free.exponent)
 
 
 def _start_on_pulleys(bench: Workbench, vector: np.ndarray, sizes: list[int]) -> np.ndarray | None:

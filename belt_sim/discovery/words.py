@@ -244,7 +244,14 @@ def describe_discovery(found: SearchOutcome, probability: float, config: Any = N
         return Discovery(**common, sentence=said)
     common |= {"unit": "1", "courses": ()}
     if found.best is None or not found.best.scored.law.terms[0].place.is_stretch:
-        common |= {"unit": found.latent.place.unit, "courses": _courses_of(found)}
+        latent, courses = found.latent, list[UnknownCourse]()
+        for weights, mean, sd in zip(latent.weights, latent.mean, latent.sd, strict=True):
+            own = next(r for r, w in zip(s.bench.samples.runs, weights, strict=True) if w)
+            name = own.name if latent.pool == "each run" else f"{own.tension / N_PER_MM2:g} N/mm²"
+            name += "" if own.direction > 0 else ", reversed"
+            courses.append(UnknownCourse(label=name, tension=own.tension, travel=latent.knots, u=mean, sd=sd))
+        ordered = tuple(sorted(courses, key=lambda c: (c.tension, c.label)))
+        common |= {"unit": latent.place.unit, "courses": ordered}
     if found.best is None:
         c = found.latent
         pooled = "differs from run to run" if c.pool == "each run" else f"{c.pool} in yaw"
@@ -331,18 +338,6 @@ def limits_of_law(found: SearchOutcome) -> tuple[str, ...]:
     if any(t.place.kind == "turn" for t in acts):
         said.append("a turn of the belt at a run-up cannot be told from a sideways push on the span before it")
     return tuple(said)
-
-
-def _courses_of(found: SearchOutcome) -> tuple[UnknownCourse, ...]:
-    """The courses of the latent input that is shown."""
-    runs, latent = found.data.bench.samples.runs, found.latent
-    told = []
-    for weights, mean, sd in zip(latent.weights, latent.mean, latent.sd, strict=True):
-        own = [r for r, w in zip(runs, weights, strict=True) if w]
-        name = own[0].name if latent.pool == "each run" else f"{own[0].tension / N_PER_MM2:g} N/mm²"
-        name += "" if own[0].direction > 0 else ", reversed"
-        told.append(UnknownCourse(label=name, tension=own[0].tension, travel=latent.knots, u=mean, sd=sd))
-    return tuple(sorted(told, key=lambda c: (c.tension, c.label)))
 
 
 def _law_points(found: SearchOutcome, best: MarchFit) -> tuple[tuple[LawPoints, ...], LawPoints | None]:
