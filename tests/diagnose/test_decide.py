@@ -161,16 +161,31 @@ def test_another_base_model_is_told_of_instead_of_effects():
 
 
 def test_a_law_is_sought_where_the_linear_range_cannot_tell_it_from_effects():
-    """Effects that gain 2000 are in doubt by 20 nats where something unknown does without one of them."""
+    """Effects that gain 2000 are in doubt by 60 nats where something unknown does without one of them."""
     pair = row("crown", "taper", gain=2000.0)
     worth = explanations(table(pair), POLICY)[0].log_posterior + log(POLICY.unknown)
     asked = []
-    for behind in (19.0, 21.0):
+    for behind in (59.0, 61.0):
         asked_of = table(pair, unknown=(unknown(worth - behind),))
         decision = decide(asked_of, POLICY)
         assert decision.verdict is Verdict.EXPLAINED
         asked.append(decision.suspects_something_unknown(asked_of, POLICY))
     assert asked == [True, False]
+
+
+def test_a_search_raises_the_rows_of_its_law_alone_and_the_more_the_law_gains():
+    """What leaving a search out rests on."""
+    pair, asked = row("crown", "taper", gain=2000.0), []
+    for gain in (0.0, 500.0, 1000.0, 2000.0, 4000.0):
+        law = LawEvidence(words="", gain=gain, cost=26.0, sizes=2)
+        found = explanations(
+            table(pair, unknown=(replace(NO_COURSE, laws=(law,)), unknown(3.0, "crown", "taper"))), POLICY
+        )
+        asked.append({(e.effects, e.unknown): e.log_posterior for e in found})
+    lifted = [odds.pop(((), True)) for odds in asked]
+    assert lifted == sorted(lifted)
+    assert lifted[-1] > lifted[0] + 1000.0
+    assert all(odds == asked[0] for odds in asked)
 
 
 def test_no_law_is_sought_for_a_row_that_the_search_cannot_change():
