@@ -7,6 +7,7 @@ All sizes are free; gains are those beside the nuisances and the chosen effects.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import groupby
 from typing import Any, TypeVar
 
 import numpy as np
@@ -23,6 +24,8 @@ from belt_sim.effects.law import SPAN_NAMES, WRAPPED, Form, Law, Place, Term
 
 
 Item = TypeVar("Item")
+COLUMN_MEMORY = 2**24  # [bytes] of the columns of forms that are worked on together
+FEWEST_AT_ONCE = 64  # of these
 CANCELS = 1e-4  # of what its cells do one by one: a column that is smaller is multiplied in double precision
 
 
@@ -59,32 +62,46 @@ class Targets:
         self.channels: dict[str, np.ndarray] = {}  # products (R, J, q) with the responses to an input there
 
 
-def form_products(data: SearchData, place: Place, targets: Targets) -> tuple[list[Form], list[Products]]:
-    """The forms at a place, and the products of their columns with vectors, block by block."""
+def form_products(
+    data: SearchData, places: Iterable[Place], targets: Targets
+) -> Iterator[tuple[Place, list[Form], list[Products]]]:
+    """Each place, its forms, and the products of their columns with vectors, block by block.
 
-    def make_blocks() -> list[Block]:  # those of the same forms are the same
-        usual, rare = data.forms(place)
-        reading = [f for f in (*usual, *rare) if f.reads_belt or f.is_carried]
-        lists = [*([f for f in some if not (f.reads_belt or f.is_carried)] for some in (usual, rare)), reading]
-        some_of = (some for some in lists if some)
-        return [data.compute_once(("block", tuple(some)), partial(Block, some, some is reading)) for some in some_of]
+    A block is worked on for all places of a kind at once, which share its columns, and is small enough for these.
+    """
+    at_once = max(FEWEST_AT_ONCE, COLUMN_MEMORY // targets.single[..., 0].nbytes)
+    for _, some in groupby(places, key=lambda place: (place.kind, place.is_carried)):
+        alike = list(some)
+        kind = ("forms", alike[0].kind, alike[0].is_carried, data.wide)
+        blocks = data.compute_once(kind, partial(_blocks, data, alike[0], at_once), data.states)
+        for channel in {channel for place in alike for channel, _ in place.parts} - set(targets.channels):
+            targets.channels[channel] = data.design[channel].swapaxes(0, 1) @ targets.double
+        along = [_sum_of_parts(data, place, targets.channels.__getitem__) for place in alike]
+        found = [list[Products]() for _ in alike]
+        for block in blocks:
+            for place, onto, products in zip(alike, along, found, strict=True):
+                if block.depends_on_pulley:
+                    rows = _rows(data, place, block)
+                    products.append(Products(rows @ targets.single, *_lengths(rows, block.waves), block.waves))
+                    continue
+                plain = partial(form_inputs, data.states, block.everything, None, None)
+                inputs = data.compute_once(("inputs", block), plain)
+                # what acts on what is bent, and shown, is another beside every state
+                within = data.states if place.relative or place.name == "travel" else None
+                lengths = partial(_plain_lengths, data, place, block, inputs)
+                own, cross = data.compute_once(("lengths", place.name, block), lengths, within)
+                products.append(Products(inputs @ onto, own, cross, block.waves))
+        forms = [f for block in blocks for f in block.forms]
+        yield from zip(alike, [forms] * len(alike), found, strict=True)
 
-    blocks = data.compute_once(("forms", place.kind, place.is_carried, data.wide), make_blocks, data.states)
-    for channel in {channel for channel, _ in place.parts} - set(targets.channels):
-        targets.channels[channel] = data.design[channel].swapaxes(0, 1) @ targets.double
-    along, found = _sum_of_parts(data, place, targets.channels.__getitem__), []
-    for block in blocks:
-        if block.depends_on_pulley:
-            rows = _rows(data, place, block)
-            found.append(Products(rows @ targets.single, *_lengths(rows, block.waves), block.waves))
-            continue
-        inputs = data.compute_once(("inputs", block), partial(form_inputs, data.states, block.everything, None, None))
-        # what acts on what is bent, and shown, is another beside every state
-        within = data.states if place.relative or place.name == "travel" else None
-        lengths = partial(_plain_lengths, data, place, block, inputs)
-        own, cross = data.compute_once(("lengths", place.name, block), lengths, within)
-        found.append(Products(inputs @ along, own, cross, block.waves))
-    return [f for block in blocks for f in block.forms], found
+
+def _blocks(data: SearchData, place: Place, at_once: int) -> list[Block]:
+    """The forms at a place of a kind, so many together; blocks of the same forms are the same."""
+    usual, rare = data.forms(place)
+    reading = [f for f in (*usual, *rare) if f.reads_belt or f.is_carried]
+    lists = [*([f for f in some if not (f.reads_belt or f.is_carried)] for some in (usual, rare)), reading]
+    parts = ((some[k : k + at_once], some is reading) for some in lists for k in range(0, len(some), at_once))
+    return [data.compute_once(("block", tuple(part)), partial(Block, part, reads)) for part, reads in parts]
 
 
 def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal: str | None) -> np.ndarray:
@@ -134,21 +151,21 @@ def _sum_of_parts(data: SearchData, place: Place, of_channel: Callable[[str], np
 def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
     """Whitened columns (R, F + w, m) of the forms of a block, in single precision.
 
-    Those of a part, in every run, are kept for the places of one kind, until another kind comes: what is at both
-    pulleys is at each of them as well. They may be what is returned: it is not written to.
+    Those of a part, in every run, are kept for the places of one kind, until another kind or block comes: what is at
+    both pulleys is at each of them as well. They may be what is returned: it is not written to.
     """
     states, kind, found = data.states, place.relative or place.kind, np.zeros(1, np.float32)
     kept = data.compute_once(("rows",), dict, states)
-    if kept.get("kind") != kind:
+    if kept.get("of") != (kind, block):
         kept.clear()
-        kept["kind"] = kind
+        kept["of"] = kind, block
     of_all_spans = replace(place, where="both") if place.where in SPAN_NAMES else place
     for channel, part in place.parts:
         share, op = np.asarray(states.span_share(place, part)), data.design[channel].swapaxes(0, 1)
         if not np.any(share):  # the place acts in no run
             continue
-        if (channel, block) in kept:
-            rows = kept[channel, block]
+        if channel in kept:
+            rows = kept[channel]
         elif place.is_stretch:
             rows = single_precision(states.stretch_input(place, channel, int(part or 0), block.everything)) @ op
         else:
@@ -167,7 +184,7 @@ def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
             inputs = data.compute_once(key, single, within)
             gain = states.channel_gain(of_all_spans, channel, part)
             rows = inputs @ (op if isinstance(gain, float) else op * single_precision(gain)[..., None])
-        kept[channel, block] = rows
+        kept[channel] = rows
         rows = rows if np.all(share == 1.0) else rows * single_precision(share)[..., None]
         found = rows if len(place.parts) == 1 else found + rows
     return found
@@ -257,8 +274,7 @@ def single_term_laws(data: SearchData) -> RankedLaws:
     g = data.projector
     targets, beside = Targets(np.concatenate([g.residual[None], g.shared])), list(range(1, 1 + len(g.shared)))
     tables, found, prices = [], [], []
-    for place in data.places_to_try:
-        forms, blocks = form_products(data, place, targets)
+    for place, forms, blocks in form_products(data, data.places_to_try, targets):
         kind = ("prices", place.kind, place.is_carried, data.wide)
         costs = (cost(Law((Term(place, form),))) for form in forms)
         price = data.compute_once(kind, partial(np.fromiter, costs, float), data.states)
@@ -319,8 +335,7 @@ def two_term_laws(data: SearchData, first: ScoredLaw) -> list[ScoredLaw]:
     gram[:count, :count] += g.gram - np.einsum("crm,drm->cd", g.shared, g.shared)  # its prior
     inverse = np.linalg.pinv(gram, rcond=1e-12, hermitian=True)
     targets, along, found = Targets(vectors), np.einsum("crm,rm->c", block, g.residual), list[ScoredLaw]()
-    for place in data.places_to_try:
-        forms, blocks = form_products(data, place, targets)
+    for place, forms, blocks in form_products(data, data.places_to_try, targets):
         for n in exponents_of(data):
             gain = gains(blocks, data.weight(n), beside, inverse, along)
             for k in np.argsort(-gain)[:SECONDS]:

@@ -446,7 +446,7 @@ class SearchData:
                         root = np.linalg.cholesky((1.0 + apart) * np.exp(-apart) + 1e-8 * np.eye(len(fewer.knots)))
                         unit = float(np.mean(np.einsum("gkk->gk", information))) + 1e-300
                         values, vectors = np.linalg.eigh(root.T @ information @ root)
-                        spectra[key] = Spectrum(root, unit, np.maximum(values, 0.0), vectors.astype(np.float32))
+                        spectra[key] = Spectrum(root, unit, np.maximum(values, 0.0), vectors)
                     spectrum = spectra[key]
                 pull = np.einsum("gr,rk->gk", weights, fewer.pull)
                 shared = np.einsum("gr,rkc->gkc", weights, fewer.shared)

@@ -27,7 +27,7 @@ def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
     data = surveyed("yaw_creep")
     for name in ("yaw_both", "turn_tail", "sensor_y1"):
         place = next(p for p in data.places if p.name == name)
-        forms, blocks = form_products(data, place, Targets(data.projector.residual[None]))
+        ((_, forms, blocks),) = form_products(data, [place], Targets(data.projector.residual[None]))
         exact = _sum_of_parts(data, place, lambda c: data.design[c].swapaxes(0, 1))
         for block in blocks:
             own, forms = forms[: len(block.own) - len(block.waves)], forms[len(block.own) - len(block.waves) :]
