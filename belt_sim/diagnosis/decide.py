@@ -213,17 +213,26 @@ class Decision:
         """Whether something unknown may be there, so that its law is worth a search.
 
         A search changes the rows of ``law_sets`` and no others, and lifts them by what its law gains. Beside the
-        likeliest effects the linear range has that gain to first order; in the place of some of them no bound is tight
-        enough (docs/diagnosis.md), so that a row counts that is behind by less than a share of what they explain.
+        likeliest effects the linear range has that gain to first order. In the place of some of them a row counts where
+        a law as good as can be would pass the alarm, and which is behind by less than a share of what they explain
+        (docs/diagnosis.md).
         """
-        if self.instead:
-            return False
+        if self.instead or self.probability_of_unknown > policy.alarm:
+            return not self.instead
         best, sets = self.explanations[0], self.law_sets(table)
         unknown = [e for e in self.explanations if e.unknown and frozenset(e.effects) in sets]
-        imitated = [e for e in unknown if set(e.effects) < set(best.effects)]
-        behind = [best.log_posterior - policy.linear * (best.likelihood - e.likelihood) for e in imitated]
-        in_doubt = any(e.log_posterior > b for e, b in zip(imitated, behind, strict=True))
-        return in_doubt or self.probability_of_unknown > policy.alarm
+        for e in (e for e in unknown if set(e.effects) < set(best.effects)):
+            near = best.log_posterior - e.log_posterior < policy.linear * (best.likelihood - e.likelihood)
+            if near and self.most_probable_unknown(table, frozenset(e.effects), policy) > policy.alarm:
+                return True
+        return False
+
+    def most_probable_unknown(self, table: EvidenceTable, ids: Ids, policy: Policy) -> float:
+        """The probability of something unknown, were there a law beside the effects ``ids`` that explains the most that
+        one may, and costs least, in the place of those that are known."""
+        law = LawEvidence(words="", gain=self.most_of_a_law(table, ids, policy), cost=0.0, sizes=1)
+        rows = tuple(replace(b, laws=(law,)) if b.ids == ids else b for b in table.unknown)
+        return sum(e.probability for e in explanations(replace(table, unknown=rows), policy) if e.unknown)
 
     def could_change(self, table: EvidenceTable, ids: Ids, laws: Iterable[LawEvidence], policy: Policy) -> bool:
         """Whether something unknown is likelier than ``alarm``, or would be with these laws beside the effects."""
@@ -232,13 +241,14 @@ class Decision:
         return sum(e.probability for e in found if e.unknown) > policy.alarm
 
     def most_of_a_law(self, table: EvidenceTable, ids: Ids, policy: Policy) -> float:
-        """chi2 that a law beside the effects ``ids`` may explain: what the likeliest effects leave beyond noise is seen
-        beside them, as a free input at any place."""
+        """chi2 that a law beside the effects ``ids`` may explain: what the likeliest effects do, and what is seen
+        beside them, as a free input at any place or a law; where that is not known, all that is left."""
         best = frozenset(self.explanations[0].effects)
         seen = [log_evidence(b, table.inflation, policy) for b in table.unknown if b.ids == best]
         known = {frozenset(e.effects): e.gain for e in self.explanations if not e.unknown and not e.instead}
-        more = max(0.0, 2.0 * table.inflation * seen[0]) if seen else np.inf
-        return known[best] - known[ids] + more
+        if not seen:
+            return next(row.chi2 for row in table.rows if row.ids == ids)
+        return known[best] - known[ids] + max(0.0, 2.0 * table.inflation * seen[0])
 
 
 def decide(table: EvidenceTable, policy: Policy) -> Decision:

@@ -16,21 +16,24 @@ from belt_sim.errors import BeltError
 from belt_sim.jax_setup import prepare
 from studies.application import show_help
 
-Asked = tuple[bool, Decision, frozenset[frozenset[str]]]
+#: whether the rule would have searched, what is decided without that, and set of effects beside which a law is
+#: fitted -> the bound of the probability of something unknown
+Asked = tuple[bool, Decision, dict[frozenset[str], float]]
 
 
 @contextmanager
 def every_search() -> Iterator[list[Asked]]:
-    """Searches are made whatever they can change; yields, of every diagnosis, whether the rule would have made one,
-    what is decided without it, and the sets of effects beside which laws are fitted."""
-    names = ("suspects_something_unknown", "could_change", "most_of_a_law")
+    """Searches are made whatever they can change; yields what is asked in every diagnosis."""
+    names = ("suspects_something_unknown", "could_change")
     rules, asked = {n: getattr(Decision, n) for n in names}, list[Asked]()
 
     def search(decision: Decision, table: EvidenceTable, policy: Policy) -> bool:
-        asked.append((rules[names[0]](decision, table, policy), decision, frozenset(decision.law_sets(table))))
+        there = {b.ids for b in table.unknown}.intersection(decision.law_sets(table))
+        bounds = {ids: decision.most_probable_unknown(table, ids, policy) for ids in there}
+        asked.append((rules[names[0]](decision, table, policy), decision, bounds))
         return not decision.instead
 
-    made = (search, lambda *_, **__: True, lambda *_, **__: float("inf"))
+    made = (search, lambda *_, **__: True)
     for name, rule in zip(names, made, strict=True):
         setattr(Decision, name, rule)
     try:
@@ -48,17 +51,18 @@ def describe(found: bs.Diagnosis | Decision) -> str:
     return f"{found.verdict.value} {'+'.join(sorted(names)) or '-'}, unknown {unknown:.2%}"
 
 
-def rises(decision: Decision, sets: frozenset[frozenset[str]], found: bs.Diagnosis) -> str:
+def rises(decision: Decision, bounds: dict[frozenset[str], float], found: bs.Diagnosis) -> str:
     """How far behind the likeliest row each row of something unknown beside fewer effects is, and how far a search
-    lifted it, as shares of the difference of their fits."""
+    lifted it, as shares of the difference of their fits; the bound of the probability of something unknown."""
     best, said = decision.explanations[0], []
     after = {e.effects: e for e in found.considered if e.unknown}
     for e in decision.explanations:
-        if e.unknown and frozenset(e.effects) in sets and set(e.effects) < set(best.effects) and e.effects in after:
+        if e.unknown and frozenset(e.effects) in bounds and set(e.effects) < set(best.effects) and e.effects in after:
             apart = best.likelihood - e.likelihood
             behind, rise = best.log_posterior - e.log_posterior, after[e.effects].log_posterior - e.log_posterior
             name = "+".join(e.effects) or "-"
             said.append(f"{name}: {behind / apart:.2%} behind, {rise / apart:+.2%} of {apart:.0f}")
+            said[-1] += f", unknown at most {bounds[frozenset(e.effects)]:.2%}"
     return "; ".join(said) or "no row beside fewer effects"
 
 
@@ -77,11 +81,11 @@ def main() -> None:
             diagnose = partial(bs.diagnose, campaign, model or None, advise=False, progress=lambda *_: None)
             with every_search() as asked:
                 found = diagnose()
-            for searched, decision, sets in asked or [(True, None, frozenset())]:
+            for searched, decision, bounds in asked or [(True, None, {})]:
                 plain, full = describe(diagnose() if searched else decision), describe(found)
                 search = "never asked" if not asked else "searched" if searched else "left out"
                 changed = "the same" if plain.split(",")[0] == full.split(",")[0] else "CHANGED"
-                rose = "" if decision is None else f" ({rises(decision, sets, found)})"
+                rose = "" if decision is None else f" ({rises(decision, bounds, found)})"
                 print(f"{name}: {search}: {plain} -> {full}: {changed}{rose}", flush=True)
     except BeltError as error:
         sys.exit(str(error))

@@ -166,7 +166,7 @@ def test_a_law_is_sought_where_the_linear_range_cannot_tell_it_from_effects():
     worth = explanations(table(pair), POLICY)[0].log_posterior + log(POLICY.unknown)
     asked = []
     for behind in (59.0, 61.0):
-        asked_of = table(pair, unknown=(unknown(worth - behind),))
+        asked_of = table(pair, unknown=(unknown(worth - behind), unknown(-7.0, "crown", "taper")))
         decision = decide(asked_of, POLICY)
         assert decision.verdict is Verdict.EXPLAINED
         asked.append(decision.suspects_something_unknown(asked_of, POLICY))
@@ -191,14 +191,26 @@ def test_a_search_raises_the_rows_of_its_law_alone_and_the_more_the_law_gains():
 def test_no_law_is_sought_for_a_row_that_the_search_cannot_change():
     """A law is fitted beside nothing or beside effects that only add to the readings: a row with another effect stays
     as it is, however close it comes."""
-    pair, alone = row("crown", "taper", gain=2000.0), row("crown", gain=1000.0)
-    best, other = explanations(table(pair, alone), POLICY)[:2]
+    whole, alone = row("bow", "camber", "crown", "taper", gain=2000.0), row("crown", gain=1000.0)
+    best, other = explanations(table(whole, alone), POLICY)[:2]
     behind = best.log_posterior - other.log_posterior + log(POLICY.unknown * POLICY.further) - 5.0
     for additive, law in ((frozenset(), False), (frozenset(["crown"]), True)):
-        asked_of = table(pair, alone, unknown=(unknown(behind, "crown"),), additive=additive)
+        known = unknown(behind, "crown"), unknown(-7.0, "bow", "camber", "crown", "taper")
+        asked_of = table(whole, alone, unknown=known, additive=additive)
         decision = decide(asked_of, POLICY)
         assert decision.probability_of_unknown < POLICY.alarm
         assert decision.suspects_something_unknown(asked_of, POLICY) is law
+
+
+def test_no_law_is_sought_that_could_not_win_if_it_were_as_good_as_the_effects():
+    """One effect pays less for one number than a law does for its form."""
+    one, near = row("crown", gain=2000.0), unknown(970.0)
+    for seen, sought in ((-7.0, False), (20.0, True)):
+        asked_of = table(one, unknown=(near, unknown(seen, "crown")), additive=frozenset())
+        decision = decide(asked_of, POLICY)
+        if seen < 0.0:  # else something unknown is likely beside it
+            assert decision.probability_of_unknown < POLICY.alarm
+        assert decision.suspects_something_unknown(asked_of, POLICY) is sought
 
 
 def test_a_law_that_cannot_reach_the_alarm_is_not_worth_a_march():
@@ -220,7 +232,7 @@ def test_a_law_may_explain_what_is_seen_beside_the_effects():
     asked_of, unasked = table(pair, unknown=(NO_COURSE, seen)), table(pair, unknown=(NO_COURSE,))
     most = [decide(t, POLICY).most_of_a_law(t, frozenset(), POLICY) for t in (asked_of, unasked)]
     assert most[0] == pytest.approx(2060.0, abs=0.1)
-    assert most[1] == np.inf
+    assert most[1] == row().chi2
 
 
 def test_readings_that_could_show_nothing_do_not_say_that_nothing_is_missing():
