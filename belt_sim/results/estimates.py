@@ -121,16 +121,16 @@ class Estimate:
         low, high = self.interval_95
         return COVERAGE_95 * self.u > high - low
 
-    def __str__(self) -> str:
-        return self.shown_in(*shop_unit(self.unit))
-
-    def shown_in(self, factor: float, unit: str) -> str:
-        """Value and uncertainty in a unit of which ``factor`` make one of SI."""
+    def shown_in(self, factor: float | None = None, unit: str = "") -> str:
+        """Value and uncertainty in a unit of which ``factor`` make one of SI; None: in that of the shop."""
+        factor, unit = shop_unit(self.unit) if factor is None else (factor, unit)
         low, high = self.interval_95
         if self.is_range:
             shown = f"{words.number(factor * low)} to {words.number(factor * high)}"
             return shown if unit in ("", "1") else f"{shown} {unit}"
         return words.with_u(factor * self.value, factor * self.u, unit)
+
+    __str__ = shown_in
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -242,6 +242,7 @@ SHOWN_VALUES = 8  # values of one key that a picture tells apart, spread evenly 
 LEAST_VALUES = 3  # values of a number, from which on rates are drawn against it
 #: keys of a run that say what it is, in the order in which they get colours; others follow
 RUN_KEYS = ("tension", "yaw", "yaw_head", "effects", "travel", "speed", "direction")
+KEY_NAMES = {"yaw_head": "yaw of the head pulley"}  # of keys that do not say it themselves
 STEADY_LABEL, LATE_LABEL = "steady rate [mm per m of travel]", "late rate of point 1 [mm per m of travel]"
 PLAIN_LINE: dict[str, Any] = {"color": INK, "linestyle": "-", "linewidth": 1.8}
 HOLLOW_DOT: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": INK, "markerfacecolor": "white"}
@@ -347,8 +348,9 @@ def sweep_curves(path: Path | None, runs: Sequence[FinishedRun], keys: Sequence[
     fig = _four_points(shown)
     if handles:
         fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 6))
+    names = [KEY_NAMES.get(k, k.split(".")[-1].replace("_", " ")) for k in keys]
     some = f" ({len(shown)} of {len(runs)} runs)" if len(shown) < len(runs) else ""
-    return style.save(fig, path, f"Points 1-4 against belt travel, by {_and(keys)}{some}")
+    return style.save(fig, path, f"Points 1-4 against belt travel, by {words.join_words(names)}{some}")
 
 
 @style.picture
@@ -379,13 +381,9 @@ def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys
     ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
     ax.margins(x=0.03)
     ax.set(xlabel=AXIS_LABELS.get(along, along.replace("_", " ")), ylabel=STEADY_LABEL if any(steady) else LATE_LABEL)
-    title = f"{'Steady' if any(steady) else 'Late'} rate against {_and([along])}"
-    return style.save(fig, path, f"{title}, by {_and(keys)}" if keys else title)
-
-
-def _and(keys: Sequence[str]) -> str:
-    names = ["yaw of the head pulley" if key == "yaw_head" else key.split(".")[-1].replace("_", " ") for key in keys]
-    return words.join_words(names)
+    name, *names = (KEY_NAMES.get(k, k.split(".")[-1].replace("_", " ")) for k in (along, *keys))
+    title = f"{'Steady' if any(steady) else 'Late'} rate against {name}"
+    return style.save(fig, path, f"{title}, by {words.join_words(names)}" if keys else title)
 
 
 def record_sweep(path: Path, runs: Sequence[FinishedRun]) -> Path:

@@ -265,7 +265,7 @@ def effect_card(
     pulleys = set()  # that it is at, by the larger of its fitted numbers
     for row in filter(None, explanations or (numbers,)):
         sure = {n: abs(p.value) / p.u if p.u > 0 else math.inf for n, p in row.items()}
-        pulleys.add("head" if max(sure, key=lambda n, sure=sure: sure[n]).endswith("_head") else "tail")
+        pulleys.add("head" if max(sure, key=sure.__getitem__).endswith("_head") else "tail")
     pulley = next(iter(pulleys)) if len(pulleys) == 1 else None
     texts, sizes, marks = number_texts(effect, numbers, machine), [], []
     for n, text in texts.items():
