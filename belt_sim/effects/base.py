@@ -130,17 +130,23 @@ class Effect(Hooks):
 class PartOfScene(Effect):
     """Effects that are a part of a 3D scene, in proportion to one number, or to one of each pulley.
 
-    part: its name in ``SceneParts``, or at a pulley; of: the name of that number, or of those of tail and head.
+    part: its name in ``SceneParts``, or at a pulley; of: names of the numbers; pulleys: those that they belong to;
+    per_force: whether they count per newton of the belt's force.
     """
 
     part: ClassVar[str]
     of: ClassVar[tuple[str, ...]]
+    pulleys: ClassVar[tuple[str, ...]] = ()
+    per_force: ClassVar[bool] = False
 
     def scene(self, parts, case):
-        numbers = [getattr(self, name) for name in self.of]
-        if len(numbers) == 1:
+        numbers = [
+            getattr(self, name) * float(case.tension_force) if self.per_force else getattr(self, name)
+            for name in self.of
+        ]
+        if not self.pulleys:
             return add(parts, **{self.part: numbers[0]})
-        for pulley, number in zip(("tail", "head"), numbers, strict=True):
+        for pulley, number in zip(self.pulleys, numbers, strict=True):
             parts = parts.add_to_pulley(pulley, **{self.part: number})
         return parts
 

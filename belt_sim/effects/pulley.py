@@ -30,7 +30,7 @@ class Taper(PartOfScene):
         ("tail", "head"),
         f"{CHECK_DIAMETERS} A belt that is thicker at one edge does the same on both pulleys. {TURN_OVER}",
     )
-    part, of = "taper", ("kappa_t", "kappa_t_head")
+    part, of, pulleys = "taper", ("kappa_t", "kappa_t_head"), ("tail", "head")
     kappa_t: float = parameter("1/m", "taper of the tail pulley (+: thicker at +y)", **_TAPER)
     kappa_t_head: float = parameter("1/m", "taper of the head pulley (+: thicker at +y)", **_TAPER)
 

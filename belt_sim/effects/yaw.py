@@ -2,7 +2,7 @@
 
 import math
 from dataclasses import replace
-from typing import Any, ClassVar
+from typing import Any
 
 import jax
 import jax.numpy as jnp
@@ -13,21 +13,14 @@ from belt_sim.effects.base import CHECK_MODEL, PERCENT, Cause, Effect, PartOfSce
 from belt_sim.line.runup import add
 
 
-class _YawError(Effect):
-    """The yaw of a pulley is off by its number ``of``, times the belt's force where that is per newton."""
+class _YawError(PartOfScene):
+    """The yaw of a pulley is off by a number, times the belt's force where that is per newton."""
 
-    pulley: ClassVar[str] = "tail"
-    of: ClassVar[str] = "beta_0"
-    per_force: ClassVar[bool] = False
+    part, of, pulleys = "yaw_offset", ("beta_0",), ("tail",)
 
     def yaw(self, yaw, state, case):
-        error = getattr(self, self.of)
-        return add(yaw, **{self.pulley: error * case.tension_force if self.per_force else error})
-
-    def scene(self, parts, case):
-        error = getattr(self, self.of)
-        error = error * float(case.tension_force) if self.per_force else error
-        return parts.add_to_pulley(self.pulley, yaw_offset=error)
+        error = getattr(self, self.of[0])
+        return add(yaw, **{self.pulleys[0]: error * case.tension_force if self.per_force else error})
 
 
 @effect
@@ -57,7 +50,7 @@ class YawOffsetHead(YawOffsetTail):
         ("head",),
         "Measure the axes' distance at both sides of the machine.",
     )
-    pulley = "head"
+    pulleys = ("head",)
 
 
 @effect
@@ -133,7 +126,7 @@ class UnequalTension(_YawError):
         ("tensioner",),
         "Compare both tensioners' pressures or strokes, and free a guide that sticks.",
     )
-    of, per_force = "yaw_per_force", True
+    of, per_force = ("yaw_per_force",), True
     yaw_per_force: float = parameter(
         "rad/N", "yaw of the tail per unit of belt force", plausible=(-2e-6, 2e-6), scale=1e-7
     )
@@ -162,7 +155,7 @@ class Cant(PartOfScene):
         ("tail", "head"),
         "Put a machinist's level on the shaft of the {pulley} pulley.",
     )
-    part, of = "cant", ("gamma", "gamma_head")
+    part, of, pulleys = "cant", ("gamma", "gamma_head"), ("tail", "head")
     gamma: float = parameter("rad", "cant of the tail pulley (+: higher at +y)", **_CANT)
     gamma_head: float = parameter("rad", "cant of the head pulley (+: higher at +y)", **_CANT)
 
