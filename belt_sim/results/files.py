@@ -1,4 +1,4 @@
-"""Write results as JSON in the units of users, read a diagnosis back, and give the JSON schema of each file.
+"""Write results as JSON in the units of users, read a diagnosis back, and give the JSON schemas of files.
 
 The names and units of files stand beside the fields of the types (``belt_sim.results.estimates``).
 """
@@ -7,11 +7,10 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, NotRequired
+from typing import Any
 
 import numpy as np
-from pydantic import ConfigDict, Field, TypeAdapter, ValidationError, with_config
-from typing_extensions import TypedDict  # pydantic takes that of Python itself from 3.12 on
+from pydantic import TypeAdapter, ValidationError
 
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import read_json
@@ -19,7 +18,6 @@ from belt_sim.results.check import Check
 from belt_sim.results.diagnosis import Diagnosis, Discovery
 from belt_sim.results.errors import Comparison, Drawings
 from belt_sim.results.estimates import IN_SI
-from belt_sim.results.simulation import SUMMARY
 from belt_sim.units import round_digits
 
 DIAGNOSIS, COMPARISON = "belt-diagnosis/1", "belt-comparison/1"
@@ -28,53 +26,8 @@ DRAWINGS, DISCOVERY, CHECK = "belt-drawings/1", "belt-discovery/2", "belt-check/
 DRAWING_DIGITS, DISCOVERY_DIGITS = 6, 8  # significant digits of a drawing, of a discovery
 Json = dict[str, Any]
 
-
-class YawChange(TypedDict):
-    """An entry of a schedule of yaw: it begins at [m], is spread over [m], and ends at yaw [degrees]."""
-
-    at: float
-    over: float
-    yaw: float
-
-
-class Beyond(TypedDict):
-    """Limits that a model is used beyond, 1 being the boundary (docs/validity.md)."""
-
-    limits: dict[str, Annotated[float, Field(gt=1.0)]]
-    sentence: str
-
-
-@with_config(ConfigDict(extra="forbid"))
-class Summary(TypedDict):
-    """summary.json: late rates and offsets of one simulation.
-
-    yaw_deg: a step at travel 0, or a schedule; settled: all points move at one rate within 5 %, and did so before;
-    effects: id and parameters [SI]; options: numerical settings of a 3D model.
-    """
-
-    model: str
-    tension_n_per_mm2: Annotated[float, Field(ge=0.0)]
-    yaw_deg: float | list[YawChange]
-    travel_m: Annotated[float, Field(ge=0.0)]
-    rate_mm_per_m: dict[Literal["1", "2", "3", "4"], float]
-    offset_mm: dict[Literal["upper", "lower"], float | None]
-    settled: bool
-    sag_mm: NotRequired[float]
-    slackest_edge_n_per_mm2: NotRequired[float]
-    slack_edge: NotRequired[bool]
-    effects: list[Json]
-    steady_rate_mm_per_m: NotRequired[float]
-    note: NotRequired[str]
-    beyond_validity: NotRequired[Beyond]
-    options: NotRequired[Json]
-    engine: NotRequired[str]
-    contact: NotRequired[str]
-    scene: NotRequired[str]
-    provenance: Json
-
-
 WRITTEN: dict[str, Any] = {CHECK: Check, COMPARISON: Comparison, DIAGNOSIS: Diagnosis, DISCOVERY: Discovery}
-WRITTEN |= {DRAWINGS: Drawings, SUMMARY: Summary}
+WRITTEN[DRAWINGS] = Drawings
 
 
 @cache
