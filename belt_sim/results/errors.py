@@ -320,10 +320,10 @@ class Comparison(Display):
         if self.steady:  # marked where the model is off
             columns = ("run", "point", "N/mm2", "measured", "u", "modelled", "|E|/u")
             rows = []
-            for r in self.steady:
-                rates = [words.column(v) for v in (r.measured, r.u, r.modelled)]
-                rows.append((r.run, str(r.point), f"{r.tension / N_PER_MM2:g}", *rates, words.decimal(r.ratio, 1)))
-            marked = [k for k, r in enumerate(self.steady) if r.ratio > STEADY_K]
+            for s in self.steady:
+                rates = [words.column(v) for v in (s.measured, s.u, s.modelled)]
+                rows.append((s.run, str(s.point), f"{s.tension / N_PER_MM2:g}", *rates, words.decimal(s.ratio, 1)))
+            marked = [k for k, s in enumerate(self.steady) if s.ratio > STEADY_K]
             title = f"steady rates in mm per m, {self.final_model}"
             tables.append(Table(title, columns, rows, left=("run",), marked=marked))
         if self.per_run:

@@ -47,21 +47,21 @@ def schema(name: str) -> Json:
 def file_json(result: Check | Comparison | Drawings | Diagnosis | Discovery) -> Json:
     """Return the content of check.json, diagnosis.json (parameters in SI), discovery.json (our own names, SI
     throughout), comparison.json or drawings.json, from which a report can be written again without the diagnosis."""
-    head: Json = {"schema": next(name for name, kind in WRITTEN.items() if kind is type(result))}
+    kind: Any = type(result)
+    head: Json = {"schema": next(name for name, known in WRITTEN.items() if known is kind)}
     if isinstance(result, Discovery):
-        content = adapter(Discovery).dump_python(result, mode="json", by_alias=False)
-        content = round_numbers(content, DISCOVERY_DIGITS)
+        content: Json = round_numbers(adapter(kind).dump_python(result, mode="json", by_alias=False), DISCOVERY_DIGITS)
         if content["error"] is not None:
             empty: Json = {"fit": None, "held_out": None, "by_condition": {}, "untestable": [], "own": None}
             content["error"] = empty | content["error"]
         return head | content
 
-    content = adapter(type(result)).dump_python(result, mode="json", by_alias=True)
+    content = adapter(kind).dump_python(result, mode="json", by_alias=True)
     if isinstance(result, Diagnosis):
         found = {} if result.discovery is None else {"discovery": file_json(result.discovery)}
         return head | {"runs_schema": RUNS} | content | found
     if isinstance(result, Drawings):
-        return head | round_numbers(content, DRAWING_DIGITS)
+        content = round_numbers(content, DRAWING_DIGITS)
     return head | content | ({"runs_schema": RUNS} if "per_run" in content else {})
 
 

@@ -202,7 +202,7 @@ def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: 
     for some, alpha in ((share < WELL, 1.0), ((share >= WELL) & (share < 1.0), 0.45)):
         start = np.maximum(share[some], LEAST_DRAWN)
         ax.barh(rows[some], 1.0 - start, left=start, height=0.7, color=AFTER_COLOUR, alpha=alpha)
-    for row in np.flatnonzero(share >= 1.0):
+    for row in np.flatnonzero(share >= 1.0).tolist():
         said = "hidden" if visible[row].smallest is None else "only beyond"
         ax.annotate(said, (1.05, rows[row]), va="center", color=INK)
     ax.axvline(1.0, color=FAINT_INK, linewidth=1.2)
