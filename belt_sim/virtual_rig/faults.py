@@ -170,12 +170,6 @@ def _askew_at_first(f, s, line):
     return np.stack([-f.beta_1 * line.tail_radius * np.sin(at), f.beta_1 * np.cos(at), none, none])
 
 
-def _slip_set(f, line):
-    slippery = np.broadcast_to(f.inverse_friction, line.friction.shape)
-    with np.errstate(divide="ignore"):
-        return replace(line, friction=np.minimum(line.friction, 1.0 / slippery))
-
-
 def _sensors(letter: str, unit: str, typical: float, limit: float, shown: Callable) -> dict[str, Any]:
     """A number of each lateral sensor; shown: (value, the number of its sensor, s, line) -> what that shows."""
     return {f"{letter}{k}": size(unit, typical, limit, place=f"point_{k}") for k in (1, 2, 3, 4)} | {
@@ -418,7 +412,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "Both pulleys hold the belt by friction, given as 1/mu; 0 = they hold any moment. At each change of "
         "yaw the run-ups let go once, and the run-offs let go all the time (march.py).",
         "inverse_friction": size("1", 1 / _FRICTION, 20.0, positive=True),
-        "set": _slip_set,
+        "set": lambda f, line: replace(line, slippery=np.maximum(line.slippery, f.inverse_friction)),
         "scene": lambda f, parts, case: replace(
             parts, friction=min(parts.friction, 1 / f.inverse_friction if f.inverse_friction else np.inf)
         ),

@@ -167,7 +167,7 @@ class Line:
 
     run: index of the run in its campaign; yaw, yaw_head: angles that the pulleys are turned to at travel
     yaw_at; offset_tail, offset_head: angles that they are off from travel 0 on; sag_roll: share of the
-    sag-roll coupling, 0 for a flat strip (Th2), 1 for the strip; friction: mu on both pulleys, inf = sticking;
+    sag-roll coupling, 0 for a flat strip (Th2), 1 for the strip; slippery: 1/mu on both pulleys, 0 = sticking;
     cover: extra rotation per metre and moment [1/(N m2)]; compliance [rad/(N m)] of the tail pulley's yaw;
     cant [rad] of the tail pulley; deflection [1/(N m)]: curvature of both axes per force; layer: share of the bending
     layer with which the belt leaves its pulleys; start: travel [m] that the belt had behind it at travel 0.
@@ -194,7 +194,7 @@ class Line:
     sag_roll: Numbers = 0.0
     offset_tail: Numbers = 0.0
     offset_head: Numbers = 0.0
-    friction: Numbers = np.inf
+    slippery: Numbers = 0.0
     cover: Numbers = 0.0
     compliance: Numbers = 0.0
     cant: Numbers = 0.0

@@ -86,8 +86,7 @@ def slip_turn(kappa, stiff, line: Line, held) -> tuple[np.ndarray, np.ndarray]:
     stiff: curvature that a radian takes away [1/m]; held: where nothing slides.
     """
     radius, wrap = np.stack([line.tail_radius, line.head_radius]), np.stack([line.wrap_tail, line.wrap_head])
-    with np.errstate(divide="ignore"):
-        couple = 4 * radius * line.bending / (line.friction * line.force * line.width)
+    couple = 4 * radius * line.bending * line.slippery / (line.force * line.width)
     zone = 0.0 * kappa
     for _ in range(_AGAIN):
         left = kappa / (1 + stiff * zone / 2)
@@ -174,7 +173,7 @@ class BeltMarch:
             for to_tail in both
         ]
 
-        self.sticks = ~np.isfinite(line.friction)
+        self.sticks = line.slippery == 0.0
         self.slips = not self.sticks.all()
         self.soft = 1 + line.cover * line.bending
         self.yields = bool(np.any(line.compliance))
