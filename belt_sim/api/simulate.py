@@ -560,7 +560,7 @@ def linearise(
 
     acting, settings = effects_of(effects), {"yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
     many = isinstance(tension, Sequence) and not isinstance(tension, str)
-    if many and not tension:
+    if many and len(set(tension)) < max(2, len(tension)):
         raise InputError("tension", tension, "N/mm2", "give one, or at least two different ones")
     settings |= {"rig": rig, "belt": belt, "tension": tension[0] if many else tension}
     first = case_or_settings(case, settings)
@@ -569,7 +569,7 @@ def linearise(
         cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
     chosen = fitted_model(by_tension(model, cases, ids))
     plants = [replace(linear_belt(c, chosen, acting), beyond=limits_of_run(c, chosen, acting)) for c in cases]
-    return PlantSchedule.from_plants(plants) if many else plants[0]
+    return PlantSchedule(tuple(sorted(plants, key=lambda p: p.tension))) if many else plants[0]
 
 
 def export(
