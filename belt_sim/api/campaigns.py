@@ -156,8 +156,8 @@ def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
     if proposal.campaign is not None:
         out.print(rich_table(imported_runs_table(proposal.campaign)))
         if proposal.noise:
-            out.print(rich_table(noise_table(proposal)))
-            out.print(rich_table(run_noise_table(proposal)))
+            for table in noise_tables(proposal):
+                out.print(rich_table(table))
     if proposal.unknown:
         left_out = ", ".join(q.path[1] for q in proposal.unknown)
         example = f'columns: {{"{proposal.unknown[0].path[1]}": {{at: point_1}}}}, or a role: travel, tension ...'
@@ -198,22 +198,19 @@ def imported_runs_table(campaign: Campaign) -> Table:
     return Table(title, columns, [[row[n] for n in columns] for row in rows], left=("run", "repeats", "use"))
 
 
-def noise_table(proposal: Proposal) -> Table:
-    """White noise, wander and zero of every signal, in mm or mrad."""
+def noise_tables(proposal: Proposal) -> tuple[Table, Table]:
+    """White noise, wander and zero of every signal, in mm or mrad; and white noise of every run, blank where it lacks
+    the signal."""
     rows = []
     for name, n in proposal.noise.items():
         white, wander, zero = (f"{np.round(x / MM, 6):.3g}" for x in (n.white, n.wander, n.zero))
         rows.append((name, white, wander, f"{n.length:.3g}", zero, n.wander_from))
     columns = ("signal", "white", "wander", "over m", "zero", "wander read off")
-    return Table(title="Noise (mm or mrad, one sigma)", columns=columns, rows=rows, left=("signal", "wander read off"))
-
-
-def run_noise_table(proposal: Proposal) -> Table:
-    """White noise of every run, in mm or mrad; blank where a run lacks the signal."""
+    of_signals = Table("Noise (mm or mrad, one sigma)", columns, rows, left=("signal", "wander read off"))
     runs = dict.fromkeys(run for n in proposal.noise.values() for run in n.by_run)
     rows = [
         (run, *(f"{np.round(n.by_run[run] / MM, 6):.3g}" if run in n.by_run else "" for n in proposal.noise.values()))
         for run in runs
     ]
-    columns = ("run", *proposal.noise)
-    return Table(title="White noise of each run (mm or mrad)", columns=columns, rows=rows, left=("run",))
+    title, columns = "White noise of each run (mm or mrad)", ("run", *proposal.noise)
+    return of_signals, Table(title, columns, rows, left=("run",))

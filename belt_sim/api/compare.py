@@ -1,8 +1,10 @@
 """Compare a model with a campaign, run by run."""
 
 from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,19 +16,26 @@ from belt_sim.api.simulate import (
     effects_of,
     fitted_model,
     refuse_effects,
-    validity_warnings,
+    validity_limits,
+    with_run,
 )
 from belt_sim.campaign import Campaign, case_of, leave_out_bad_readings
+from belt_sim.campaign.types import sensor_place
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.drawings import drawings, label
 from belt_sim.diagnosis.errors import cells, locate_failure, overall_errors, run_errors
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
+from belt_sim.errors import SimulationError
 from belt_sim.io import provenance
 from belt_sim.jax_setup import one_blas_thread
-from belt_sim.model import Model, SteadyModel
+from belt_sim.line.march import march_case
+from belt_sim.model import AnalyticModel, Model
 from belt_sim.results import words
 from belt_sim.results.errors import Comparison, Drawings, SteadyError
+
+if TYPE_CHECKING:
+    from belt_sim.results.diagnosis import FoundEffect
 
 STEADY_TRAVEL = 300.0  # [m]; the strip's transient at 7 N/mm2 is longer than 100 m
 
@@ -51,11 +60,26 @@ def compare(
     chosen = fitted_model(spec) if curves else closed_form_model(spec)
     acting = effects_of(effects)
     refuse_effects(chosen, acting)
-    steady = steady_errors(campaign, chosen, acting)
+
+    # late rates in steady.csv: modelled by the closed form, or by a long run where effects act
+    steady, runs = [], {r.name: r for r in campaign.runs}
+    for stated in campaign.steady:
+        run, u = runs[stated.run], stated.u
+        case = case_of(campaign, run)
+        if acting and isinstance(chosen, Model):
+            modelled = late_rates(chosen.run(case, acting, travel=STEADY_TRAVEL))
+        else:
+            modelled = np.full(4, chosen.steady_rate(case))
+        for point in np.flatnonzero(np.isfinite(stated.rates)).tolist():
+            measured, rate = float(stated.rates[point]), float(modelled[point])
+            own: dict[str, Any] = {"run": run.name, "tension": run.tension, "u": u, "point": point + 1}
+            steady.append(SteadyError(**own, measured=measured, modelled=rate, ratio=abs(rate - measured) / u))
+
     common: dict[str, Any] = {"base_model": chosen.name, "campaign": label(campaign), "effects": acting}
-    common |= {"steady": steady, "provenance": provenance(config) | {"data_sha256": campaign.sha256}}
+    common |= {"steady": tuple(steady), "provenance": provenance(config) | {"data_sha256": campaign.sha256}}
     if not curves and steady:
         return Comparison(**common, error=None, where=None, per_run=())
+
     bench = workbench(campaign, fitted_model(chosen), [type(e) for e in acting])
     base, final = bench.forward.null(), parameter_vector(bench, acting)
     before, after = bench.forward.values(np.stack([base, final]))
@@ -80,24 +104,35 @@ def parameter_vector(bench: Workbench, effects: Sequence[Effect]) -> np.ndarray:
     return q
 
 
-def steady_errors(
-    campaign: Campaign, model: Model | SteadyModel, effects: Sequence[Effect] = ()
-) -> tuple[SteadyError, ...]:
-    """Measured and modelled late rates of every run and point in steady.csv, against the stated uncertainty.
+def validity_warnings(
+    campaign: Campaign, model: AnalyticModel, effects: "Sequence[Effect | FoundEffect]"
+) -> tuple[str, ...]:
+    """A sentence a limit that some runs of a campaign are beyond; runs are marched with effects of the library, or if
+    they may slip without any.
 
-    The model's are those of its closed form, or of a long run where effects act.
+    Belts of the virtual rig leave their pulleys like a thread: of synthetic runs nothing is said about lifting off.
     """
-    runs, rows = {r.name: r for r in campaign.runs}, []
-    for stated in campaign.steady:
-        run, u = runs[stated.run], stated.u
+    acting = [e for e in effects if isinstance(e, Effect)]
+    inside = any(place and not place.on_wrap for place in (sensor_place(s.at) for s in campaign.signals))
+    words = "the belt is too slack for this model, its own stiffness lifts it off the pulleys, and a sensor inside a "
+    words += "span excludes strip_lift_off"
+    known = ("lift_off",) if campaign.source.kind == "synthetic" else ()
+    found = []
+    for run in campaign.runs:
         case = case_of(campaign, run)
-        if effects and isinstance(model, Model):
-            modelled = late_rates(model.run(case, effects, travel=STEADY_TRAVEL))
-        else:
-            assert isinstance(model, SteadyModel)
-            modelled = np.full(4, model.steady_rate(case))
-        for point in np.flatnonzero(np.isfinite(stated.rates)).tolist():
-            measured, rate = float(stated.rates[point]), float(modelled[point])
-            own: dict[str, Any] = {"run": run.name, "tension": run.tension, "u": u, "point": point + 1}
-            rows.append(SteadyError(**own, measured=measured, modelled=rate, ratio=abs(rate - measured) / u))
-    return tuple(rows)
+        beyond = validity_limits(case, model, [*known, *(e.id for e in effects)])
+        if inside:
+            beyond = tuple(replace(x, words=words) if x.id == "bending_layer" else x for x in beyond)
+        if (acting or (not effects and any(x.id == "slip" for x in beyond))) and len(run.travel):
+            with suppress(SimulationError):  # what diverges is told by its errors
+                curves = march_case(case, model, acting, travel=float(run.travel[-1]))
+                beyond = with_run(beyond, case, model, curves, acting)
+        found += [(run.name, limit) for limit in beyond]
+    sentences = []
+    for name in dict.fromkeys(limit.id for _, limit in found):
+        runs = [run for run, limit in found if limit.id == name]
+        worst = max((limit for _, limit in found if limit.id == name), key=lambda x: x.load)
+        many = f"{len(runs)} of {len(campaign.runs)} runs" if len(runs) > 1 else f"run {runs[0]}"
+        given = f"{worst.given}, " if worst.given else ""
+        sentences.append(f"{given}in {many} {worst.words} ({name}, up to {worst.exceeded_by})")
+    return tuple(sentences)

@@ -3,13 +3,13 @@
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.special import chdtrc
 
-from belt_sim.api.compare import parameter_vector
+from belt_sim.api.compare import parameter_vector, validity_warnings
 from belt_sim.api.simulate import (
     ModelSpec,
     campaign_model,
@@ -18,7 +18,6 @@ from belt_sim.api.simulate import (
     effects_of,
     fitted_model,
     refuse_effects,
-    validity_warnings,
 )
 from belt_sim.campaign import Campaign, suspicions
 from belt_sim.campaign.kinematics import check_repeats
@@ -94,10 +93,7 @@ def diagnose(
     compile_ahead(campaign, chosen, classes)
     bar = stages_shown(f"diagnosing {campaign.title}") if progress is None else nullcontext(progress)
     with bar as stages:
-
-        def tell_stage(stage: str) -> None:
-            stages(0, stage)
-
+        tell_stage = partial(stages, 0)
         own, running = free_starts(campaign, chosen, None if beside else LawSearch().evidence_of_unknown)
         of_data = (*suspicions(own), *check_repeats(own))
         settled = checked or any(s.severity == "stop" for s in of_data)
@@ -229,7 +225,7 @@ class FitResult(Display):
 
     def lines(self) -> Sequence[str]:
         """Statistics, a line a number, and what the fit leaves open, in the form of lmfit's fit_report."""
-        (none, rms), texts = (1e3 * r for r in self.rms), self._texts()
+        (none, rms), texts = (1e3 * r for r in self.rms), dict(self.tables()[0].rows)
         rows = {
             "# data points": f"{self.degrees + len(texts)}",
             "# variables": f"{len(texts)}",
@@ -242,16 +238,13 @@ class FitResult(Display):
         return [*said, *(["[[Left open]]"] if self.notes else []), *(f"    {note}" for note in self.notes)]
 
     def tables(self) -> Sequence[Table]:
-        return [Table("numbers, ± 1 sigma", ("name", "value"), list(self._texts().items()), left=("name", "value"))]
-
-    def _texts(self) -> dict[str, str]:
-        """Values with their uncertainties in units of the shop, by name."""
-        units = _units(self.effects, self.machine)
-        return {
-            n: "not bound by these readings" if n in self.unbound
-            else words.with_u(units[n][0] * v, units[n][0] * self.u[n], units[n][1])
-            for n, v in self.values.items()
-        }  # fmt: skip
+        """Values with their uncertainties in units of the shop, a row a number."""
+        rows, units = [], _units(self.effects, self.machine)
+        for name, value in self.values.items():
+            factor, unit = units[name]
+            bound = words.with_u(factor * value, factor * self.u[name], unit) if name not in self.unbound else ""
+            rows.append((name, bound or "not bound by these readings"))
+        return [Table("numbers, ± 1 sigma", ("name", "value"), rows, left=("name", "value"))]
 
 
 def _units(effects: Sequence[Effect], machine: MachineSizes | None) -> dict[str, tuple[float, str]]:
@@ -264,6 +257,8 @@ def _units(effects: Sequence[Effect], machine: MachineSizes | None) -> dict[str,
 def _fit_notes(bench: Workbench, found: Fit, names: Sequence[str], scales: np.ndarray, degrees: int) -> list[str]:
     """What a fit leaves open, a sentence each: a rejected model, ends at bounds, numbers that cannot be told apart with
     the sums that are known, correlations beyond CORRELATED."""
+    from scipy.special import chdtrc
+
     notes = []
     if degrees > 0 and chdtrc(degrees, found.chi2) < REJECTED:
         notes.append("the model is rejected by these readings: the numbers are effective values, their u too small")

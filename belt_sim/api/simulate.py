@@ -29,7 +29,7 @@ from belt_sim.model import (
     Model,
     ModelName,
     SteadyModel,
-)  # fmt: skip
+)
 from belt_sim.results.simulation import Simulation
 from belt_sim.settings import case_from, case_or_settings, make_settings, model_settings
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
     from belt_sim.linear.plant import LinearBelt, PlantSchedule
-    from belt_sim.results.diagnosis import FoundEffect
     from belt_sim.space.run import Computed
 
 #: a model by name, by name and settings, or as an object
@@ -109,16 +108,10 @@ def model_for_campaign(campaign: Campaign) -> str:
     slack = next((run for run in slackest if lifts_off(case_of(campaign, run))), None)
     if slack is None:
         return "strip, as in no run the belt is so slack that it lifts off"
-    if _inside_a_span(campaign):
+    if any(place and not place.on_wrap for place in (sensor_place(s.at) for s in campaign.signals)):
         return "strip, as a sensor stands inside a span, where strip_lift_off is silent"
     slackest_run = f"run {slack.name} ({slack.tension / N_PER_MM2:.4g} N/mm2)"
     return f"strip_lift_off, as {slackest_run} is so slack that the belt lifts off"
-
-
-def _inside_a_span(campaign: Campaign) -> bool:
-    """Whether a sensor stands where strip_lift_off says nothing: neither on a pulley nor in the middle of a span."""
-    places = (sensor_place(s.at) for s in campaign.signals)
-    return any(place is not None and not place.on_wrap for place in places)
 
 
 def campaign_model(spec: Any, campaign: Campaign) -> Model | SteadyModel:
@@ -228,7 +221,7 @@ _NOT_IN_SPACE = ("flat_belt", "second_order", "deep_sag", "fast_belt")
 
 
 #: Load of a limit in the run over its load by the yaw alone, above which the run's is told: effects took it further.
-ALIKE = 1.05
+FURTHER_IN_RUN = 1.05
 
 
 def validity_limits(case: Case, model: Any, effects: Sequence[str] = ()) -> tuple[Limit, ...]:
@@ -269,7 +262,7 @@ def with_run(
     left = run_limits(case, curves, linear, effects, contains)
     beyond = tuple(x for x in beyond if x.id != "slip" or not linear or curves.moment is None)
     own = {x.id: x.load for x in beyond}
-    further = {x.id: x for x in left if x.load > ALIKE * own.get(x.id, 0.0)}
+    further = {x.id: x for x in left if x.load > FURTHER_IN_RUN * own.get(x.id, 0.0)}
     return (*(further.pop(x.id, x) for x in beyond), *further.values())
 
 
@@ -279,39 +272,6 @@ def limits_of_run(case: Case, model: Any, effects: Sequence[Effect], travel: flo
     with suppress(SimulationError):
         return with_run(beyond, case, model, march_case(case, model, effects, travel=travel), effects)
     return beyond
-
-
-def validity_warnings(
-    campaign: Campaign, model: AnalyticModel, effects: "Sequence[Effect | FoundEffect]"
-) -> tuple[str, ...]:
-    """A sentence a limit that some runs of a campaign are beyond; runs are marched with effects of the library, or if
-    they may slip without any.
-
-    Belts of the virtual rig leave their pulleys like a thread: of synthetic runs nothing is said about lifting off.
-    """
-    acting = [e for e in effects if isinstance(e, Effect)]
-    inside = "too slack for this model, its own stiffness lifts it off the pulleys, and a sensor inside a span excludes"
-    known = ("lift_off",) if campaign.source.kind == "synthetic" else ()
-    found = []
-    for run in campaign.runs:
-        case = case_of(campaign, run)
-        beyond = validity_limits(case, model, [*known, *(e.id for e in effects)])
-        if _inside_a_span(campaign):
-            words = f"the belt is {inside} strip_lift_off"
-            beyond = tuple(replace(x, words=words) if x.id == "bending_layer" else x for x in beyond)
-        if (acting or (not effects and any(x.id == "slip" for x in beyond))) and len(run.travel):
-            with suppress(SimulationError):  # what diverges is told by its errors
-                curves = march_case(case, model, acting, travel=float(run.travel[-1]))
-                beyond = with_run(beyond, case, model, curves, acting)
-        found += [(run.name, limit) for limit in beyond]
-    sentences = []
-    for name in dict.fromkeys(limit.id for _, limit in found):
-        runs = [run for run, limit in found if limit.id == name]
-        worst = max((limit for _, limit in found if limit.id == name), key=lambda x: x.load)
-        many = f"{len(runs)} of {len(campaign.runs)} runs" if len(runs) > 1 else f"run {runs[0]}"
-        given = f"{worst.given}, " if worst.given else ""
-        sentences.append(f"{given}in {many} {worst.words} ({name}, up to {worst.exceeded_by})")
-    return tuple(sentences)
 
 
 def simulate(
@@ -411,7 +371,20 @@ def run_in_batches(
     without: list[int] = []
     alike: dict[Any, list[tuple[int, Any]]] = {}
     for number, config in enumerate(configs):
-        made = _prepare(config)
+        made: Any = None
+        with suppress(BeltError):  # the case as its own run would march it
+            case = case_from(config)
+            model = on_engine(model_of(by_tension(model_settings(config["model"]), [case])), config["engine"])
+            space = isinstance(model, SpaceModel) and model.engine in BATCH_ENGINES and model.contact == CONTACTS[0]
+            if space and config["watch"] != "viewer":
+                effects = effects_of(config["effects"])
+                driven, far = model.engine_task(case, effects, float(config["travel"]))
+                asked = {
+                    "belt": model.belt,
+                    "options": model.options_for(driven),
+                    "parts": model.parts(driven, effects),
+                }
+                made = batch_engine(model.engine).prepare_case(driven, travel=far, **asked)
         if made is None:
             without.append(number)
         else:
@@ -431,24 +404,6 @@ def run_in_batches(
                 one.curves = curves
             yield numbers[begin : begin + len(some)], found
             begin += len(some)
-
-
-def _prepare(config: Mapping[str, Any]) -> Any:
-    """The case of a configuration as its own run would march it; None where that refuses it."""
-    try:
-        case = case_from(config)
-        model = on_engine(model_of(by_tension(model_settings(config["model"]), [case])), config["engine"])
-        if not isinstance(model, SpaceModel) or model.engine not in BATCH_ENGINES:
-            return None
-        if model.contact != CONTACTS[0] or config["watch"] == "viewer":
-            return None
-        effects = effects_of(config["effects"])
-        driven, far = model.engine_task(case, effects, float(config["travel"]))
-        parts = model.parts(driven, effects)
-        prepared = batch_engine(model.engine).prepare_case
-        return prepared(driven, belt=model.belt, travel=far, options=model.options_for(driven), parts=parts)
-    except BeltError:
-        return None
 
 
 def scene(

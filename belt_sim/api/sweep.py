@@ -43,40 +43,34 @@ if TYPE_CHECKING:
     from belt_sim.api.table import SweepTable
 
 #: setting -> (name of its column, what one unit is in SI)
-SETTINGS = {
+SWEPT_SETTINGS = {
     "tension": ("tension_n_per_mm2", N_PER_MM2),
     "yaw": ("yaw_deg", DEGREE),
     "yaw_head": ("yaw_head_deg", DEGREE),
     "speed": ("speed_m_per_s", 1.0),
 }
-GROUPS = {
+SWEPT_GROUPS = {
     "rig": ("centre_distance", "pulley_radius", "head_radius", "tail_radius", "gravity"),
     "belt": ("width", "thickness", "youngs_modulus", "density", "poisson_ratio"),
 }
 SPACINGS = ("even", "ratio")
-CHUNK = 250  # cases marched side by side in one thread; their state stays in a core's cache
-PART = 4  # chunks a thread between two reports of progress
-MOST = 10**7  # cases
-ASKED = 128  # cases asked for the limits that they leave, 4 ms each
-FEW = 3  # axes that all ends of the others are combined of
+CHUNK_CASES = 250  # cases marched side by side in one thread; their state stays in a core's cache
+CHUNKS_TO_REPORT = 4  # chunks a thread between two reports of progress
+MOST_SWEPT_CASES = 10**7  # cases
+CASES_ASKED = 128  # cases asked for the limits that they leave, 4 ms each
+AXES_COMBINED = 3  # axes that all ends of the others are combined of
 READ_AT = (1.0, 10.0)  # [m] of travel
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One number that varies: key as on the command line (tension, belt.thickness, taper.kappa_t), values (n,)."""
+    """One number that varies: key as on the command line (tension, belt.thickness, taper.kappa_t), values (n,); the
+    name of its column; unit: one of ``values`` in SI."""
 
     key: str
     values: np.ndarray
-
-    @property
-    def column(self) -> str:
-        return SETTINGS[self.key][0] if self.key in SETTINGS else self.key.replace(".", "_")
-
-    @property
-    def unit(self) -> float:
-        """One of ``values`` in SI."""
-        return SETTINGS[self.key][1] if self.key in SETTINGS else 1.0
+    column: str
+    unit: float
 
 
 def sweep(
@@ -116,17 +110,17 @@ def sweep(
     given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
     given |= {"rig": rig, "belt": belt}
     config = make_settings({k: v for k, v in given.items() if v is not None}) | {"travel": travel, "effects": effects}
-    axes, plain = sweep_axes({k: group_from(k, v) if k in GROUPS else v for k, v in config.items()})
+    axes, plain = sweep_axes({k: group_from(k, v) if k in SWEPT_GROUPS else v for k, v in config.items()})
     if not axes:
         raise InputError("tension", config["tension"], "", "let something vary, e.g. tension=[7,10,20]")
     count = int(np.prod([len(a.values) for a in axes], dtype=object))
-    if count > MOST:
-        raise InputError("count", count, "cases", f"at most {MOST:,}; give the axes smaller counts")
+    if count > MOST_SWEPT_CASES:
+        raise InputError("count", count, "cases", f"at most {MOST_SWEPT_CASES:,}; give the axes smaller counts")
     threads = cores() if workers is None else whole("workers", workers)
     columns = [v.ravel() for v in np.meshgrid(*(a.values for a in axes), indexing="ij")]
     values = np.stack(columns, axis=1) * [a.unit for a in axes]  # SI
     any_case = case_from(plain if travel is not None else {**plain, "travel": 1.0})
-    grid = SweepGrid(axes, plain, any_case, effects_of(plain["effects"]))
+    grid = SweepGrid(axes, tuple(a.key for a in axes), plain, any_case, effects_of(plain["effects"]))
     chosen = grid.models(model, values)
     told: dict[str, np.ndarray] = {}
     for name in dict.fromkeys(chosen.tolist()):
@@ -135,7 +129,7 @@ def sweep(
         one = model_of(model_settings(spec) if isinstance(spec, Mapping) else spec)
         marched = isinstance(one, AnalyticModel) or travel is None
         work = grid.marches(one, at, threads) if marched else partial(grid.runs, one, engine)
-        size = PART * CHUNK * threads if marched else 1
+        size = CHUNKS_TO_REPORT * CHUNK_CASES * threads if marched else 1
         for start in range(0, len(rows), size):
             part = rows[start : start + size]
             for column, numbers in work(values[part]).items():
@@ -156,20 +150,17 @@ class SweepGrid:
     """What varies in a sweep, and the configuration, case and effects at the first values of it."""
 
     axes: tuple[Axis, ...]
+    keys: tuple[str, ...]
     plain: Mapping[str, Any]
     case: Case
     effects: tuple[Effect, ...]
-
-    @property
-    def keys(self) -> tuple[str, ...]:
-        return tuple(a.key for a in self.axes)
 
     def models(self, model: Any, values: np.ndarray) -> np.ndarray:
         """The name of the model of every case: where none is stated, by its belt, its machine and its tension."""
         if states_model(model):
             return np.full(len(values), model_of(model).name)
         ids, found = [e.id for e in self.effects], np.full(len(values), "strip_lift_off")
-        machine = [k for k, key in enumerate(self.keys) if key.partition(".")[0] in GROUPS]
+        machine = [k for k, key in enumerate(self.keys) if key.partition(".")[0] in SWEPT_GROUPS]
         tension = np.full(len(values), self.case.settings.tension)
         tension = values[:, self.keys.index("tension")] if "tension" in self.keys else tension
         kinds, kind = np.unique(values[:, machine], axis=0, return_inverse=True)
@@ -199,34 +190,33 @@ class SweepGrid:
             checked = copy.deepcopy(dict(self.plain)) | {"travel": self.plain["travel"] or 1.0}
             for axis, value in zip(self.axes, corner, strict=True):
                 group, _, name = axis.key.rpartition(".")
-                if group in ("", *GROUPS):
+                if group in ("", *SWEPT_GROUPS):
                     (checked[group] if group else checked)[name] = value
             case_from(checked)
             si = np.array(corner) * [a.unit for a in self.axes]
             found.append(place_values(self.case, self.effects, self.keys, si)[0])
         return found
 
-    def along(self) -> list[tuple[Case, tuple[Effect, ...]]]:
-        """Cases and effects at the values of each axis, the others at their ends: all, or some ``ASKED`` spread evenly.
+    def beyond(self, table: "pd.DataFrame", model: Any) -> list[str]:
+        """A sentence for each limit that cases along the axes are used beyond, and that rows have left.
 
-        A limit may be left farthest in the middle of an axis, as slip is near 20 N/mm2.
+        Asked are the values of each axis, the others at their ends: all, or some ``CASES_ASKED`` spread evenly. A limit
+        may be left farthest in the middle of an axis, as slip is near 20 N/mm2.
         """
         ends = [(float(a.values.min()), float(a.values.max())) for a in self.axes]
         found = set[tuple[float, ...]]()
         for k, axis in enumerate(self.axes):
             others = [*ends[:k], *ends[k + 1 :]]
-            both = [*(product(*others) if len(others) < FEW else zip(*others, strict=True))]
+            both = [*(product(*others) if len(others) < AXES_COMBINED else zip(*others, strict=True))]
             values = np.unique(axis.values)
-            most = max(ASKED // (len(self.axes) * len(both)), 2)
+            most = max(CASES_ASKED // (len(self.axes) * len(both)), 2)
             some = values[np.unique(np.linspace(0, len(values) - 1, most).round().astype(int))]
             found |= {(*other[:k], float(value), *other[k:]) for other in both for value in some}
-        units = [a.unit for a in self.axes]
-        return [place_values(self.case, self.effects, self.keys, np.array(x) * units) for x in sorted(found)]
 
-    def beyond(self, table: "pd.DataFrame", model: Any) -> list[str]:
-        """A sentence for each limit that cases along the axes are used beyond, and that rows have left."""
+        units = [a.unit for a in self.axes]
         said, ids, travel = dict[str, tuple[float, str]](), [e.id for e in self.effects], self.plain["travel"]
-        for case, effects in self.along():
+        for point in sorted(found):
+            case, effects = place_values(self.case, self.effects, self.keys, np.array(point) * units)
             one = model_of(by_tension(model, [case], ids))
             limits = validity_limits(case, one, ids)
             with suppress(InputError):  # of ends together that leave no tension
@@ -234,6 +224,7 @@ class SweepGrid:
                     limits = limits_of_run(case, one, effects, travel or 60.0)
             for limit in (x for x in limits if x.load > said.get(x.id, (0.0, ""))[0]):
                 said[limit.id] = limit.load, f"{warning(one.name, [limit])} (at the worst of what varies)"
+
         width, face = table.get("belt_width", float(self.case.belt.width)), self.case.rig.face_width
         half = 1e3 * (width / 2.0 if face is None else np.maximum((face - width) / 2.0, 1e-3))
         left: list[str] = []
@@ -264,12 +255,17 @@ class SweepGrid:
             for c in corners:
                 refuse_short_waves(c, self.effects, chosen.step)
             plan = (*plans[0][:2], max(p[2] for p in plans))
-            task = replace(task, travel=float(travel), at=_places(at, travel), plan=plan)
+            if at is not None and (not isinstance(at, Sequence) or isinstance(at, str)):
+                raise InputError("at", at, "m", "give a list of travels, e.g. at=[1,10]")
+            remedy = f"give travels from 0 to {travel:g}"
+            places = [s for s in READ_AT if s <= travel] if at is None else at
+            places = tuple(finite("at", s, "m", remedy, lambda x: 0 <= x <= travel) for s in places)
+            task = replace(task, travel=float(travel), at=places, plan=plan)
 
         compiled: list[bool] = []
 
         def work(values: np.ndarray) -> dict[str, np.ndarray]:
-            number, chunk = len(values), min(CHUNK, len(values))
+            number, chunk = len(values), min(CHUNK_CASES, len(values))
             found = np.empty((number, len(task.columns)))
 
             def compute(start: int) -> None:  # a last chunk is filled up with the last case: all are compiled once
@@ -302,8 +298,8 @@ def sweep_axes(config: Mapping[str, Any]) -> tuple[tuple[Axis, ...], dict[str, A
     """The axes of a sweep, and the configuration with the first value of each in its place (of an effect, the last)."""
     plain = copy.deepcopy(dict(config))
     axes: list[Axis] = []
-    stated = [(key, plain, key) for key in SETTINGS]
-    for group, names in GROUPS.items():
+    stated = [(key, plain, key) for key in SWEPT_SETTINGS]
+    for group, names in SWEPT_GROUPS.items():
         if isinstance(plain[group], Mapping):
             stated += [(f"{group}.{name}", plain[group], name) for name in names]
     for key, owner, name in stated:
@@ -323,12 +319,13 @@ def _axis(key: str, spec: Any) -> Axis | None:
     """The axis that ``spec`` means; None for a number that does not vary, and for a schedule of yaw."""
     if isinstance(spec, Mapping) and not {"from", "to", "count"} & set(spec):
         return None  # an adjustment {dx, d}
+    told = SWEPT_SETTINGS.get(key, (key.replace(".", "_"), 1.0))
     if not isinstance(spec, Mapping):
         if not isinstance(spec, Sequence) or isinstance(spec, str) or any(isinstance(x, Mapping) for x in spec):
             return None
         if not spec:
             raise InputError(key, "[]", "", "give at least one value")
-        return Axis(key, np.array([finite(key, x) for x in spec]))
+        return Axis(key, np.array([finite(key, x) for x in spec]), *told)
     if not {"from", "to"} <= set(spec) <= {"from", "to", "count", "spacing"} or "count" not in spec:
         raise InputError(key, dict(spec), "", "write {from: low, to: high, count: how many, spacing: even or ratio}")
     low, high = finite(f"{key}.from", spec["from"]), finite(f"{key}.to", spec["to"])
@@ -337,7 +334,7 @@ def _axis(key: str, spec: Any) -> Axis | None:
         raise InputError(f"{key}.spacing", spacing, "", f"use one of {', '.join(SPACINGS)}")
     if spacing == "ratio" and not low * high > 0:
         raise InputError(f"{key}.from", low, "", "spacing by ratio needs both ends above 0, or both below")
-    return Axis(key, np.geomspace(low, high, count) if spacing == "ratio" else np.linspace(low, high, count))
+    return Axis(key, (np.geomspace if spacing == "ratio" else np.linspace)(low, high, count), *told)
 
 
 def place_values(
@@ -346,13 +343,13 @@ def place_values(
     """``case`` and ``effects`` with ``values`` [SI], shape (axes,), in place of what ``keys`` name; may be traced."""
     for key, value in zip(keys, values, strict=True):
         owner, _, name = key.partition(".")
-        if key in SETTINGS:
+        if key in SWEPT_SETTINGS:
             now = getattr(case.settings, key)
             new = replace(now, change=value[None]) if key.startswith("yaw") else now * 0.0 + value
             case = replace(case, settings=replace(case.settings, **{key: new}))
         elif key == "rig.pulley_radius":
             case = replace(case, rig=replace(case.rig, head_radius=value, tail_radius=value))
-        elif owner in GROUPS:
+        elif owner in SWEPT_GROUPS:
             case = replace(case, **{owner: replace(getattr(case, owner), **{name: value})})
         else:
             effects = tuple(replace(e, **{name: value}) if e.id == owner else e for e in effects)
@@ -419,13 +416,3 @@ def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, task: MapTask
         return jnp.concatenate(told)
 
     return jax.vmap(row)(values)
-
-
-def _places(at: Any, travel: float) -> tuple[float, ...]:
-    """Travels [m] at which positions are told."""
-    if at is None:
-        return tuple(s for s in READ_AT if s <= travel)
-    if not isinstance(at, Sequence) or isinstance(at, str):
-        raise InputError("at", at, "m", "give a list of travels, e.g. at=[1,10]")
-    remedy = f"give travels from 0 to {travel:g}"
-    return tuple(finite("at", s, "m", remedy, lambda x: 0 <= x <= travel) for s in at)

@@ -7,6 +7,7 @@ import shutil
 import textwrap
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -145,14 +146,12 @@ def help_text(command: str) -> str:
     rows += [(f"  {key:{longest}s} ", comment) for key, comment in keys]
     more = f"belt-sim {command} --cfg job KEY=VALUE ... shows the whole configuration and runs nothing."
     rows += [("", ""), ("", more)]
-    return "\n".join(_wrapped(first, text, wide) for first, text in rows)
-
-
-def _wrapped(first: str, text: str, wide: int) -> str:
-    """Return ``first`` and ``text`` in lines of at most ``wide`` columns, the text below itself."""
-    lead = f"{first} " if first else ""
-    look = {"initial_indent": lead, "subsequent_indent": " " * len(lead), "break_on_hyphens": False}
-    return textwrap.fill(text, max(wide, len(lead) + 20), **look) or lead.rstrip()  # type: ignore[arg-type]
+    lines = []
+    for first, comment in rows:  # the comment below itself
+        lead = f"{first} " if first else ""
+        look: Any = {"initial_indent": lead, "subsequent_indent": " " * len(lead), "break_on_hyphens": False}
+        lines.append(textwrap.fill(comment, max(wide, len(lead) + 20), **look) or lead.rstrip())
+    return "\n".join(lines)
 
 
 def _settings(file: Path) -> list[tuple[str, str]]:

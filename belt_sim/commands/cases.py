@@ -24,13 +24,13 @@ from belt_sim.space.options import WATCHED
 from belt_sim.units import MM
 
 PARTIAL, RECORDING = "curves_partial.csv", "belt.rrd"
-EVERY = 10.0  # [s] between two writings of what a run in 3D has so far
-OVERSHOT = 50.0  # [m] that every millimetre of overshoot beyond what is allowed counts for
-SHORT = 10.0  # [m] that every millimetre counts for by which the belt is not centred at the end
+WRITING_INTERVAL = 10.0  # [s] between two writings of what a run in 3D has so far
+TRAVEL_PER_MM_OVERSHOT = 50.0  # [m] that every millimetre of overshoot beyond what is allowed counts for
+TRAVEL_PER_MM_LEFT = 10.0  # [m] that every millimetre counts for by which the belt is not centred at the end
 _NO_END = 1e5  # [m]: a scene has no end of travel that a schedule could overrun
-#: of a map
-GIVEN = ("tension", "yaw", "yaw_head", "speed", "direction", "rig", "belt", "travel", "effects", "at", "workers")
-DRAWN = 2_000_000  # cases of a picture, at most
+#: settings of a map
+MAP_SETTINGS = ("tension", "yaw", "yaw_head", "speed", "direction", "rig", "belt", "travel", "effects", "at", "workers")
+MOST_CASES_DRAWN = 2_000_000  # in the picture of a map
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,24 +55,16 @@ class CentringGoal:
             raise InputError("objective.within", asked["within"], "mm", "must be above 0, and beyond not below it")
         return goal
 
-    def largest_distance(self, y: np.ndarray) -> np.ndarray:
-        """Distance of the farthest point from the middle [m], shape (n,), of y (4, n) [m]."""
-        return np.asarray(np.abs(y + self.start).max(axis=0))
-
-    def centring_travel(self, travel: np.ndarray, y: np.ndarray) -> float:
-        """Travel [m] from which all of y (4, n) [m] stay within; the last where they do not."""
-        late = np.flatnonzero(self.largest_distance(y) > self.within)
-        return float(travel[0] if not len(late) else travel[min(late[-1] + 1, len(travel) - 1)])
-
-    def overshoot(self, y: np.ndarray) -> float:
-        """How far y (4, n) [m] go beyond the middle [m]."""
-        return max(float((-(y + self.start) * np.sign(self.start)).max()), 0.0)
-
-    def count(self, travel: np.ndarray, y: np.ndarray) -> float:
-        """What a search makes small: travel until centred, and more for overshoot and for what is left at the end."""
-        over = max(self.overshoot(y) - self.beyond, 0.0)
-        left = max(float(self.largest_distance(y)[-1]) - self.within, 0.0)
-        return self.centring_travel(travel, y) + (OVERSHOT * over + SHORT * left) / MM
+    def measures(self, travel: np.ndarray, y: np.ndarray) -> tuple[float, float, float]:
+        """Return the travel [m] from which all of y (4, n) [m] stay within, the last where they do not; how far they go
+        beyond the middle [m]; and what a search makes small: that travel, and more for going too far beyond and for
+        what is left at the end."""
+        farthest = np.abs(y + self.start).max(axis=0)
+        late = np.flatnonzero(farthest > self.within)
+        centred = float(travel[0] if not len(late) else travel[min(late[-1] + 1, len(travel) - 1)])
+        overshoot = max(float((-(y + self.start) * np.sign(self.start)).max()), 0.0)
+        over, left = max(overshoot - self.beyond, 0.0), max(float(farthest[-1]) - self.within, 0.0)
+        return centred, overshoot, centred + (TRAVEL_PER_MM_OVERSHOT * over + TRAVEL_PER_MM_LEFT * left) / MM
 
 
 def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = False) -> float | None:
@@ -112,9 +104,9 @@ def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = Fals
     if wanted is None:
         return None
     curves = read_curves(folder / "curves.csv")
-    travel = wanted.count(curves.travel, curves.y)
-    print(f"objective {travel:.4g}")
-    return travel
+    objective = wanted.measures(curves.travel, curves.y)[-1]
+    print(f"objective {objective:.4g}")
+    return objective
 
 
 def scene_command(run_dir: RunDir) -> None:
@@ -187,7 +179,7 @@ def map_command(run_dir: RunDir) -> None:
     began = time.monotonic()
     with run_dir.outputs() as draft:
         with progress(1.0, "map") as done:
-            table = sweep(**{k: config[k] for k in GIVEN}, model=model_settings(config["model"]), tell=done)
+            table = sweep(**{k: config[k] for k in MAP_SETTINGS}, model=model_settings(config["model"]), tell=done)
         shown = config["show"] or drawn_columns(table)[0]
         if shown not in drawn_columns(table):
             raise InputError("show", shown, "", f"use one of {', '.join(drawn_columns(table))}")
@@ -198,10 +190,10 @@ def map_command(run_dir: RunDir) -> None:
             sep="\n",
         )
         write_with(draft / "map.parquet", lambda path: table.to_parquet(path, index=False))
-        if config["pictures"] and len(table.attrs["axes"]) <= 2 and len(table) <= DRAWN:
+        if config["pictures"] and len(table.attrs["axes"]) <= 2 and len(table) <= MOST_CASES_DRAWN:
             plot(table, draft / "map.png", kind=shown)
         elif config["pictures"]:
-            print(f"no picture: at most 2 may vary ({len(table.attrs['axes'])} do), in {DRAWN} cases")
+            print(f"no picture: at most 2 may vary ({len(table.attrs['axes'])} do), in {MOST_CASES_DRAWN} cases")
     print(f"a row a case, for pandas.read_parquet:\n{run_dir.path / 'map.parquet'}")
 
 
@@ -209,8 +201,8 @@ def map_command(run_dir: RunDir) -> None:
 
 
 class CurvesSoFar(Observer):
-    """curves_partial.csv of a run: positions every ``EVERY`` seconds while it goes on; around it, what a run that
-    diverges or is stopped had. A run to the end removes it."""
+    """curves_partial.csv of a run: positions every ``WRITING_INTERVAL`` seconds while it goes on; around it, what a run
+    that diverges or is stopped had. A run to the end removes it."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / PARTIAL
@@ -234,7 +226,7 @@ class CurvesSoFar(Observer):
         if frame.travel < 0.0:
             return
         self.rows.append(np.array([frame.travel, *frame.points[:, 1]]))
-        if time.monotonic() - self.written >= EVERY:
+        if time.monotonic() - self.written >= WRITING_INTERVAL:
             self.write()
 
     def write(self) -> None:

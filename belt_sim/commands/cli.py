@@ -31,37 +31,19 @@ FLAGS = {
     **dict.fromkeys(("-c", "--cfg", "-p", "--package", "-i", "--info", "--experimental-rerun"), True),
     **dict.fromkeys(("-cp", "--config-path", "-cn", "--config-name", "-cd", "--config-dir"), True),
 }
-SHOWS = {
-    "-c",
-    "--cfg",
-    "-i",
-    "--info",
-    "-r",
-    "--resolve",
-    "--hydra-help",
-    "-sc",
-    "--shell-completion",
-}  # and runs nothing
+#: those that show something and run nothing
+SHOWS = {*("-c", "--cfg", "-i", "--info", "-r", "--resolve", "--hydra-help", "-sc", "--shell-completion")}
 INFO = ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath")
 #: key=value, as Hydra takes it
 OVERRIDE = re.compile(r"[+~]*[A-Za-z_][\w./@]*=")
 HYDRAS = re.compile(r"[+~]*hydra[./]")
 #: keys whose values are files and folders
-PATHS = (
-    "campaign",
-    "diagnosis",
-    "draft",
-    "effects",
-    "hydra.run.dir",
-    "hydra.sweep.dir",
-    "mapping",
-    "model.scene",
-    "out",
-)
+PATHS = {
+    *("campaign", "diagnosis", "draft", "effects", "mapping", "model.scene", "out"),
+    *("hydra.run.dir", "hydra.sweep.dir"),
+}
 OPEN = ("model", "hydra")  # groups that take keys which their files do not list
-LONGEST = 120  # characters of a folder's name; file systems take 255 bytes, and a letter may have four
-#: read when numpy and scipy are loaded; matrices here are small, and what runs at once are marches
-BLAS_THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+LONGEST_FOLDER_NAME = 120  # characters of a folder's name; file systems take 255 bytes, and a letter may have four
 
 
 def main() -> None:
@@ -87,6 +69,12 @@ def main() -> None:
     sys.exit(status)
 
 
+def use_one_blas_thread() -> None:
+    """Linear algebra in the thread that asks for it, unless the environment says otherwise."""
+    for name in ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):  # read when numpy and scipy are loaded
+        os.environ.setdefault(name, "1")
+
+
 class Output(FileIO):
     """An output whose reader may go, as ``| head`` does: the rest is not shown, and the run goes on to its files."""
 
@@ -98,12 +86,6 @@ class Output(FileIO):
         except OSError as error:  # its disk is full
             error.filename = OUTPUT
             raise
-
-
-def use_one_blas_thread() -> None:
-    """Linear algebra in the thread that asks for it, unless the environment says otherwise."""
-    for name in BLAS_THREADS:
-        os.environ.setdefault(name, "1")
 
 
 _USAGE = {
@@ -185,18 +167,13 @@ def run_hydra(command: str, settings: Sequence[str]) -> int:
     stated = dict[str, str]()  # Hydra lets the last of two count, which nobody would see
     shown = {flag.partition("=")[0] for flag in flags} & SHOWS  # what is shown may go to a file
     for key, value in (o.partition("=")[::2] for o in overrides if "=" in o and not (status or shown)):
-        if not same_value(stated.get(key, value), value):
+        before, now = stated.get(key, value), value
+        with suppress(ValueError):  # 9 and 9.0 are one value
+            before, now = str(float(before)), str(float(now))
+        if before != now:
             print(f"{key} was given twice, {stated[key]} before: {key}={value} counted")
         stated[key] = value
     return status
-
-
-def same_value(first: str, second: str) -> bool:
-    """Whether two texts are one value, as 9 and 9.0 are."""
-    try:
-        return float(first) == float(second)
-    except ValueError:
-        return first == second
 
 
 def apply_hydra(program: str, task: Callable[..., Any], name: str, arguments: Sequence[str], conf: Path = CONF) -> int:
@@ -319,9 +296,9 @@ def import_arguments(arguments: Sequence[str]) -> list[str]:
 def folder_name(overrides: str) -> str:
     """A name of one folder for ``overrides`` (key=value, separated by commas): the same ones have the same name."""
     name = re.sub(r"[/\\:*?\"'<>|\s]+", "_", overrides)
-    if name == overrides and len(name) <= LONGEST:
+    if name == overrides and len(name) <= LONGEST_FOLDER_NAME:
         return name
-    return f"{name[:LONGEST]}-{sha256(overrides.encode()).hexdigest()[:8]}"
+    return f"{name[:LONGEST_FOLDER_NAME]}-{sha256(overrides.encode()).hexdigest()[:8]}"
 
 
 def _complain(message: str, status: int = 1) -> int:
@@ -333,10 +310,10 @@ def complete(asked: Sequence[str]) -> int:
     """Hydra's shell completion: install=bash, or query=bash for the line that the shell hands over."""
     line, command = os.environ.get("COMP_LINE", ""), "simulate"
     words = line.split()
-    if "query=" in asked[0] and (len(words) < 2 or (len(words) == 2 and not line.endswith(" "))):
-        print(*COMMANDS)
-        return 0
     if "query=" in asked[0]:
+        if len(words) < 2 or (len(words) == 2 and not line.endswith(" ")):
+            print(*COMMANDS)
+            return 0
         command, current = words[1], words[-1]
         if current.startswith("campaign="):
             print(*(f"campaign={name}" for name in sample_campaigns()))

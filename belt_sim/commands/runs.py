@@ -16,7 +16,7 @@ import re
 import shutil
 import sys
 import traceback
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 from functools import cache
@@ -56,12 +56,12 @@ try:
 except ImportError:  # not on this system: runs in one folder at once are the user's business
     fcntl = None  # type: ignore[assignment]
 
-SCHEMA = "belt-run/1"
+RUN_SCHEMA = "belt-run/1"
 NOTES = ".hydra"  # folder of what is said about a run
 FAILED = "failed.txt"
 CASES = ".cases"
 BUSY = "another run is at work there"
-LOST = "its process or job was lost (killed, out of memory or of time); run the same command again"
+CASE_LOST = "its process or job was lost (killed, out of memory or of time); run the same command again"
 #: of the run or sweep of this process: its lock, its configuration, and lines about what failed
 at_work: dict[str, Any] = {}
 #: engines that leave a GPU alone
@@ -97,13 +97,21 @@ class RunDir:
 
     @staticmethod
     def of_hydra(config: DictConfig, hydra: DictConfig, command: str) -> "RunDir":
-        """The run that a configuration and Hydra's own part of it describe; raises BeltError for what has no value."""
+        """The run that a configuration and Hydra's own part of it describe; raises BeltError for what has no value and
+        for a key that the command does not know."""
         many = hydra.mode == RunMode.MULTIRUN
         try:
             path = Path(hydra.sweep.dir) / str(hydra.sweep.subdir) if many else Path(hydra.run.dir)
             settings, typed = plain_settings(config), list(hydra.overrides.task)
             used = re.findall(r"\$\{(\w+)", OmegaConf.to_yaml(config))  # by other values
-            refuse_unknown_keys(settings, command, [*hydra.runtime.choices, *used])
+
+            # a key that a file of the user's has and the command would not read; a model says what it takes
+            known, own = known_keys(command), [*hydra.runtime.choices, *used]
+            groups = {key.split(".")[0] for key in known if "." in key} - {"model"}
+            inside = [f"{group}.{key}" for group in groups for key in settings.get(group) or {}]
+            for key in [*(str(key) for key in settings if key not in own), *inside]:
+                if key not in known:
+                    raise BeltError(f"{key}: no such key{nearest(key, known)}")
             return RunDir(path, command, settings, typed, hydra.job.num if many else None)
         except OmegaConfBaseException as error:
             raise BeltError(one_line(error, command)) from error
@@ -125,7 +133,7 @@ class RunDir:
         else why the case runs again, empty where it never came to its end."""
         try:
             record = read_json(self.path / NOTES / "run.json")
-            if record["schema"] != SCHEMA or record["config_sha256"] != config_hash(self.config):
+            if record["schema"] != RUN_SCHEMA or record["config_sha256"] != config_hash(self.config):
                 return ""
             inputs, files = dict(record["inputs"]), dict(record["files"])
             if record["code_sha256"] != code_hash():
@@ -165,7 +173,7 @@ class RunDir:
                 before = [str(name) for name in last["files"]] if last["command"] == self.command else []
             files = {name: file_hash(draft / name) for name in names}
             files |= {name: file_hash(self.path / name) for name in beside if (self.path / name).is_file()}
-            content = {"schema": SCHEMA, "command": self.command, "config_sha256": config_hash(self.config)}
+            content = {"schema": RUN_SCHEMA, "command": self.command, "config_sha256": config_hash(self.config)}
             write_json(record, {**content, "code_sha256": code_hash(), "inputs": read, "files": files})
             at_work.pop("notes", None)  # Hydra's own of today hold from now on
             for name in names:
@@ -232,7 +240,7 @@ def run_task(config: DictConfig, *, command: str, computed: Any = None) -> float
     failure, value = "", None
     try:
         run = RunDir.of_hydra(config, hydra, command)
-        note_end(hydra, run.path.name, LOST) if many else None
+        note_end(hydra, run.path.name, CASE_LOST) if many else None
         value = run.carry_out(computed)
         at_work.pop("notes", None)
     except BeltError as error:
@@ -264,10 +272,10 @@ def run_task(config: DictConfig, *, command: str, computed: Any = None) -> float
     return nothing if failure else value
 
 
-FULL = "free the disk; what was finished is kept"
-REMEDIES = {
+FREE_THE_DISK = "free the disk; what was finished is kept"
+SYSTEM_REMEDIES = {
     errno.ENOMEM: "free memory, or ask for less at once",
-    **{errno.ENOSPC: FULL, errno.EDQUOT: FULL},
+    **{errno.ENOSPC: FREE_THE_DISK, errno.EDQUOT: FREE_THE_DISK},
     errno.EFBIG: "raise the limit of file sizes (ulimit -f)",
     errno.EMFILE: "raise the limit of open files (ulimit -n)",
 }
@@ -275,21 +283,8 @@ REMEDIES = {
 
 def explain(error: OSError, path: object) -> str:
     """An error of the system in one line: what it is about, what went wrong, what to do."""
-    remedy = REMEDIES.get(error.errno or 0, "choose a folder that can be written")
+    remedy = SYSTEM_REMEDIES.get(error.errno or 0, "choose a folder that can be written")
     return f"{error.filename or path} = {error.strerror or error}: {remedy}"
-
-
-def refuse_unknown_keys(settings: Mapping[str, Any], command: str, own: Collection[Any]) -> None:
-    """Raise BeltError naming the first key that a file of the user's has and the command would not read.
-
-    own: groups that were chosen, the user's among them, and what other values are made of; a model says what it takes.
-    """
-    known = known_keys(command)
-    groups = {key.split(".")[0] for key in known if "." in key} - {"model"}
-    inside = [f"{group}.{key}" for group in groups for key in settings.get(group) or {}]
-    for key in [*(str(key) for key in settings if key not in own), *inside]:
-        if key not in known:
-            raise BeltError(f"{key}: no such key{nearest(key, known)}")
 
 
 def plain_settings(config: DictConfig) -> dict[str, Any]:
@@ -318,11 +313,24 @@ def prepare_jax(space: bool) -> None:
 
 
 def input_hashes(config: Any) -> dict[str, str]:
-    """Path -> SHA-256 of every file that a configuration names: campaign folders, effects, scenes, mappings."""
+    """Path -> SHA-256 of every file that a configuration names (campaign folders, effects, scenes, mappings), of the
+    .py files that an effects.yaml names, and of the modules beside a .py file that it imports."""
     found: dict[str, str] = {}
-    for path in _named_files(config):
+    left = list(_named_files(config))
+    while left:
+        path = left.pop()
+        if str(path) in found:
+            continue
         with suppress(OSError):  # a run that cannot read it says so
             found[str(path)] = file_hash(path)
+            text = path.read_text(encoding="utf-8", errors="replace") if path.suffix in (".yaml", ".yml", ".py") else ""
+            if path.suffix == ".py":
+                imported = ",".join(re.findall(r"^[ \t]*(?:from|import)[ \t]+([\w., \t]+)", text, re.MULTILINE))
+                names = [f"{part.split()[0].replace('.', '/')}.py" for part in imported.split(",") if part.strip()]
+            else:
+                names = [name.strip(" -\t") for name in re.findall(r"[^\n'\"\[\],:{}]+\.py\b", text)]
+            places = (next((p for p in (Path(name), path.parent / name) if p.is_file()), None) for name in names)
+            left += [place for place in places if place is not None]
     return found
 
 
@@ -341,28 +349,7 @@ def _named_files(value: Any, key: str = "") -> Iterator[Path]:
     elif isinstance(value, str) and key not in ("out", "draft") and "." in value[-10:]:
         with suppress(OSError, ValueError):  # a text that is too long for a name, or that no name can be
             if Path(value).is_file():
-                yield from _with_what_it_names(Path(value), set())
-
-
-def _with_what_it_names(path: Path, seen: set[Path]) -> Iterator[Path]:
-    """A file, the .py files that an effects.yaml names, and the modules beside a .py file that it imports."""
-    if path in seen:
-        return
-    seen.add(path)
-    yield path
-    names: list[str] = []
-    with suppress(OSError):
-        if path.suffix in (".yaml", ".yml"):
-            named = re.findall(r"[^\n'\"\[\],:{}]+\.py\b", path.read_text(encoding="utf-8", errors="replace"))
-            names = [name.strip(" -\t") for name in named]
-        elif path.suffix == ".py":
-            text = path.read_text(encoding="utf-8", errors="replace")
-            imported = ",".join(re.findall(r"^[ \t]*(?:from|import)[ \t]+([\w., \t]+)", text, re.MULTILINE))
-            names = [f"{part.split()[0].replace('.', '/')}.py" for part in imported.split(",") if part.strip()]
-    for name in names:
-        place = next((p for p in (Path(name), path.parent / name) if p.is_file()), None)
-        if place is not None:
-            yield from _with_what_it_names(place, seen)
+                yield Path(value)
 
 
 # ---- a sweep
@@ -376,8 +363,7 @@ class Sweep(Callback):
 
     def on_run_start(self, config: DictConfig, **kwargs: Any) -> None:
         """Keep the notes of the folder's last run, over which Hydra writes before a run is refused or fails."""
-        with _end_process_where_refused(), suppress(OSError, TypeError, OmegaConfBaseException):
-            refuse_chdir(config)
+        with _end_process_where_refused(config), suppress(OSError, TypeError, OmegaConfBaseException):
             notes = Path(config.hydra.run.dir) / config.hydra.output_subdir
             at_work["notes"] = {path: path.read_bytes() for path in notes.glob("*.yaml")}
 
@@ -385,11 +371,28 @@ class Sweep(Callback):
         """Lock the folder and begin its notes; end the process where another sweep is at work there, values are none or
         wrong, or a search has nothing to seek."""
         folder = Path(config.hydra.sweep.dir)
-        with _end_process_where_refused():
-            refuse_chdir(config)
+        with _end_process_where_refused(config):
             if self.stop_after is not None:
                 whole("hydra.callbacks.sweep.stop_after", self.stop_after, otherwise="null or ")
-            refuse_wrong_ranges(config)
+
+            # no sweep of no values, and none of a range that Hydra's sort() makes one of other numbers
+            params = OmegaConf.select(config, "hydra.sweeper.params") or {}
+            typed = [*(f"{key}={value}" for key, value in params.items()), *config.hydra.overrides.task]
+            with suppress(HydraException):  # which the sweeper says
+                parser = OverridesParser.create(config_loader=GlobalHydra.instance().config_loader())
+                given = {parsed.get_key_element(): parsed for parsed in parser.parse_overrides(typed)}
+                for key, sweep in given.items():
+                    if not sweep.is_discrete_sweep():
+                        continue
+                    text, values = str(sweep.input_line).partition("=")[2], sorted(map(str, sweep.sweep_iterator()))
+                    if not values:
+                        raise InputError(key, text, "", "a sweep of no values; give one at least")
+                    inner = re.search(r"range\((?:[^()]|\([^()]*\))*\)", text) if "sort(" in text else None
+                    bare = parser.parse_override(f"x={inner.group()}") if inner else sweep
+                    if bare.is_range_sweep() and sorted(map(str, bare.sweep_iterator())) != values:
+                        remedy = "Hydra sorts this range wrongly; write it upwards, as range(10,41,10)"
+                        raise InputError(key, text, "", remedy)
+
             if OmegaConf.select(config, "hydra.sweeper.direction") is not None:
                 objective = OmegaConf.select(config, "objective")
                 if objective is None:
@@ -413,56 +416,28 @@ class Sweep(Callback):
             lock.truncate(0)
             at_work.update(config=config, lock=lock)
 
-    def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
-        """Write the table and pictures."""
-        end_sweep()
-
 
 @contextmanager
-def _end_process_where_refused() -> Iterator[None]:
-    """Hydra only warns of what a callback raises."""
+def _end_process_where_refused(config: DictConfig) -> Iterator[None]:
+    """Around a callback, of whose errors Hydra only warns; nothing runs where Hydra is to change the folder, from which
+    results and the user's files are named."""
     try:
+        if config.hydra.job.chdir:
+            raise InputError("hydra.job.chdir", "true", "", "files are named from the current folder; leave it out")
         yield
     except BeltError as error:
         print(f"belt-sim: {error}", file=sys.stderr)
         sys.exit(1)
 
 
-def refuse_chdir(config: DictConfig) -> None:
-    """Raise InputError where Hydra is to change the folder, from which results and the user's files are named."""
-    if config.hydra.job.chdir:
-        raise InputError("hydra.job.chdir", "true", "", "files are named from the current folder; leave it out")
-
-
-def refuse_wrong_ranges(config: DictConfig) -> None:
-    """Raise InputError for a sweep of no values, and for a range that Hydra's sort() makes one of other numbers."""
-    params = OmegaConf.select(config, "hydra.sweeper.params") or {}
-    typed = [*(f"{key}={value}" for key, value in params.items()), *config.hydra.overrides.task]
-    try:
-        parser = OverridesParser.create(config_loader=GlobalHydra.instance().config_loader())
-        given = {parsed.get_key_element(): parsed for parsed in parser.parse_overrides(typed)}
-        for key, sweep in given.items():
-            if not sweep.is_discrete_sweep():
-                continue
-            text, values = str(sweep.input_line).partition("=")[2], sorted(map(str, sweep.sweep_iterator()))
-            if not values:
-                raise InputError(key, text, "", "a sweep of no values; give one at least")
-            inner = re.search(r"range\((?:[^()]|\([^()]*\))*\)", text) if "sort(" in text else None
-            bare = parser.parse_override(f"x={inner.group()}") if inner else sweep
-            if bare.is_range_sweep() and sorted(map(str, bare.sweep_iterator())) != values:
-                raise InputError(key, text, "", "Hydra sorts this range wrongly; write it upwards, as range(10,41,10)")
-    except HydraException:  # which the sweeper says
-        return
-
-
 def note_end(hydra: DictConfig, name: str, failure: str) -> None:
-    """Note how a run or case has ended; a failure is told, once where several cases fail alike. LOST: it begins."""
+    """Note how a run or case has ended (CASE_LOST: it begins); a failure is told, once where cases fail alike."""
     if hydra.mode != RunMode.MULTIRUN:
         if failure:
             at_work.setdefault("failures", []).append(failure)
             print(f"belt-sim: {failure}", file=sys.stderr, flush=True)
         return
-    if failure not in ("", LOST) and all(case["failed"] != failure for case in noted_cases(hydra)):
+    if failure not in ("", CASE_LOST) and all(case["failed"] != failure for case in noted_cases(hydra)):
         print(f"belt-sim: {failure}", file=sys.stderr, flush=True)
     line = {"number": hydra.job.num, "run": name, "overrides": list(hydra.overrides.task)}
     with suppress(OSError), (Path(hydra.sweep.dir) / CASES).open("a", encoding="utf-8") as file:
@@ -481,14 +456,14 @@ def failing_alike(hydra: DictConfig) -> str:
     most, key = OmegaConf.select(hydra, "callbacks.sweep.stop_after"), "hydra.callbacks.sweep.stop_after"
     if most is None:
         return ""
-    first = list(islice((case["failed"] for case in noted_cases(hydra) if case["failed"] != LOST), most))
+    first = list(islice((case["failed"] for case in noted_cases(hydra) if case["failed"] != CASE_LOST), most))
     alike = len(first) == most and len(set(first)) == 1 and first[0]
     said = f"the first {most} cases failed alike ({alike}): the sweep stops; {key}=null tries all cases"
     return said if alike else ""
 
 
 def end_sweep() -> None:
-    """The table, pictures and recording of the sweep of this process; its lock is given back."""
+    """The table, pictures and recording of the sweep of this process, if it runs one; its lock is given back."""
     config = at_work.pop("config", None)
     if config is None:
         return

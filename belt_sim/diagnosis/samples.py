@@ -56,8 +56,11 @@ class Samples:
     @cached_property
     def widths(self) -> np.ndarray:
         """From one sample to the next in every run (R,) [m]."""
-        steps = np.abs(np.diff(self.travel, axis=1))
-        return np.array([np.median(s[s > 0.0]) if np.any(s > 0.0) else 0.0 for s in steps])
+        steps = np.sort(np.abs(np.diff(self.travel, axis=1, prepend=self.travel[:, :1])), axis=1)
+        run, count = np.arange(len(steps)), (steps > 0.0).sum(axis=1)  # of moves; what fills a short run up is zero
+        first = steps.shape[1] - count
+        middle = [steps[run, np.minimum(first + (count - k) // 2, steps.shape[1] - 1)] for k in (0, 1)]
+        return np.where(count > 0, 0.5 * (middle[0] + middle[1]), 0.0)
 
     def of_runs(self, which: np.ndarray) -> "Samples":
         """Those of some runs, by number."""

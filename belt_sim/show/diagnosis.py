@@ -207,6 +207,9 @@ def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: 
         ax.annotate(said, (1.05, rows[row]), va="center", color=INK)
     ax.axvline(1.0, color=FAINT_INK, linewidth=1.2)
     ax.set(xscale="log", xlim=(LEAST_DRAWN, MOST_DRAWN), ylim=(-0.7, len(visible) - 0.3))
+    decades = np.geomspace(LEAST_DRAWN, MOST_DRAWN, 6)
+    ax.set_xticks(decades, [f"{share:g}" for share in decades])  # powers of ten would load a typesetter of formulas
+    ax.set_xticks([], minor=True)
     ax.set_xlabel("size that shows, over the largest that a machine could have")
     left = 0.3 + 0.085 * max(len(v.effect) for v in visible)
     style.place(fig, f"What would show: {title}", 1, 1, left=left, right=0.2, top=0.5, bottom=0.6)

@@ -5,7 +5,8 @@ from dataclasses import replace
 import pytest
 
 from belt_sim.api import check, compare, inference
-from belt_sim.api.simulate import campaign_model, model_for_campaign, validity_warnings
+from belt_sim.api.compare import validity_warnings
+from belt_sim.api.simulate import campaign_model, model_for_campaign
 from belt_sim.app.session import Session
 from belt_sim.campaign import read_campaign
 from belt_sim.campaign.folder import campaign_folder

@@ -3,7 +3,7 @@
 import json
 
 from belt_sim.commands import runs
-from belt_sim.commands.cli import LONGEST, folder_name, run_command
+from belt_sim.commands.cli import LONGEST_FOLDER_NAME, folder_name, run_command
 
 
 def test_nothing_of_an_earlier_run_stays(belt):
@@ -44,7 +44,7 @@ def test_a_sweep_over_files_makes_one_folder_a_run(belt, tmp_path):
 def test_names_of_folders():
     assert folder_name("tension=7,yaw=0.1") == "tension=7,yaw=0.1"
     long = "effects=" + "x" * 400
-    assert len(folder_name(long)) < LONGEST + 10
+    assert len(folder_name(long)) < LONGEST_FOLDER_NAME + 10
     assert folder_name(long) != folder_name(long + "y")
     assert "/" not in folder_name("effects=/a/b.yaml")
     assert folder_name("effects=/a/b.yaml") != folder_name("effects=_a_b.yaml")

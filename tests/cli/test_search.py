@@ -16,7 +16,7 @@ def test_the_best_of_a_few_runs_is_the_best_of_what_they_left(belt):
     assert "best of 4: " in answer.out  # and the end of the sweep raised nothing
     assert (belt.folder / "sweep.csv").is_file()
     wanted = CentringGoal.from_setting({"start": 10.0, "within": 1.0, "beyond": 0.2})
-    reached = [wanted.count(c.travel, c.y) for c in map(read_curves, belt.folder.glob("*/curves.csv"))]
+    reached = [wanted.measures(c.travel, c.y)[2] for c in map(read_curves, belt.folder.glob("*/curves.csv"))]
     best = yaml.safe_load((belt.folder / "optimization_results.yaml").read_text(encoding="utf-8"))
     assert len(reached) == 4
     assert best["best_value"] == pytest.approx(min(reached))

@@ -10,7 +10,7 @@ from logger_files import MAPPING, log, table, truth
 from rich.console import Console
 from rich.prompt import Confirm, Prompt
 
-from belt_sim.api.campaigns import draft_text, run_noise_table
+from belt_sim.api.campaigns import draft_text, noise_tables
 from belt_sim.campaign import read_campaign
 from belt_sim.commands.campaigns import ask_in_terminal
 from belt_sim.diagnosis.foresight import noisy_runs
@@ -100,7 +100,7 @@ def test_the_white_noise_of_each_run_is_shown(tmp_path):
     runs = {f"r{k}": {"yaw": f"{0.5 + k} mrad"} for k in range(3)}
     mapping = MAPPING | {"all_runs": {"tension": "10"}, "runs": runs, "step_m": "0.05"}
     proposal = understand(read(sorted(tmp_path.glob("r*.csv"))), mapping)
-    shown = [float(row[1]) for row in run_noise_table(proposal).rows]
+    shown = [float(row[1]) for row in noise_tables(proposal)[1].rows]
     assert shown == pytest.approx([0.02, 0.08, 0.02], rel=0.25)  # 600 readings show a level to 6 %
     (said,) = noisy_runs(proposal.complete())
     assert "y1 scatters more in r1 (" in said

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from paper_cases import YAW, paper_case
 
-from belt_sim.api.simulate import linearise, simulate, validity_limits, validity_warnings
+from belt_sim.api.compare import validity_warnings
+from belt_sim.api.simulate import linearise, simulate, validity_limits
 from belt_sim.api.sweep import sweep
 from belt_sim.campaign import read_campaign
 from belt_sim.case import Rig, Schedule

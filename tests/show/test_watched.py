@@ -19,7 +19,7 @@ def simulation():
 
 
 def test_positions_so_far_are_on_disk_while_a_run_goes_on(simulation, tmp_path, monkeypatch):
-    monkeypatch.setattr(cases, "EVERY", 0.0)
+    monkeypatch.setattr(cases, "WRITING_INTERVAL", 0.0)
     observer = cases.CurvesSoFar(tmp_path)
     observer.start(simulation.case, simulation.travel)
     for frame in frames(simulation.case, simulation.curves):
