@@ -53,6 +53,7 @@ def test_importing_the_package_loads_nothing():
         (lambda file: bs.simulate(model=3), "model = 3: give a name"),
         (lambda file: bs.linearise(model=3), "model = 3: give a name"),
         (lambda file: bs.linearise(tension=[]), r"tension = \[\] N/mm2: give one"),
+        (lambda file: bs.linearise(tension=[10, 10]), "give one, or at least two different ones"),
         (lambda file: bs.check_effect(file), r"defines no effect; docs/write_an_effect\.md"),
     ],
 )
