@@ -29,6 +29,7 @@ COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2, acceleration=3.0)
 TRAVEL = 0.4
 SIX_EFFECTS = 0.03  # of the largest y: 1.8 % were measured, at 40 mm between stations and 1.5 ms
 RUN = jax.jit(step, compiler_options=least_effort())  # one compilation for all loops below
+SHOWN = 0.01  # of y_1 in the last frame within the curves: 0.15 % were measured, between two rows
 PARITY = 0.01  # of the largest y: native itself moves by as much when its step is halved
 
 
@@ -71,8 +72,8 @@ def test_a_batch_is_beside_native_and_each_case_by_itself():
     assert len(lost.curves.travel) < len(found.travel)
     assert len(watcher.frames) > 3
     assert watcher.frames[-1].travel == pytest.approx(travel, abs=0.03)  # the last instant is there
-    last = watcher.frames[-2]  # its travel is within that of the curves
-    assert last.points[0, 1] == pytest.approx(np.interp(last.travel, found.travel, found.y[0]), rel=0.2)
+    last = [frame for frame in watcher.frames if frame.travel <= found.travel[-1]][-1]
+    assert last.points[0, 1] == pytest.approx(np.interp(last.travel, found.travel, found.y[0]), rel=SHOWN)
     np.testing.assert_array_equal(watcher.curves.travel, found.travel)
 
 
