@@ -15,8 +15,6 @@ PROBE = 1e-6  # [m], a strain of 4e-5 of a link
 STIFF = 1e-4  # of the stiffest: a finite difference over 1 um
 ALIKE = 0.01  # of y: half the step; 1 ms against 2 ms differ by 0.02 %
 FASTER = 1.3  # y at 0.18 m: 1.80 times that of a belt that sticks at friction 0.3, and 1.46 times more at 0.1
-    1.3  # y at 0.18 m: friction 0.3 moves the belt by 1.80 times what it does when it sticks, 0.1 by 1.46 times 0.3
-)
 STRETCH = 0.005  # the tension adds F / EA, and the laid links are longer by as much
 HARDLY = 0.1  # [N], of links that carry 1800 N: the width is laid 0.03 um off
 SOLVE = jax.jit(slip_increments, compiler_options=least_effort())  # it runs ten times
