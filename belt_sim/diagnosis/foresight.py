@@ -197,10 +197,10 @@ def sheet_evidence(
         numbers, unexplained = int(stated.counts[own].sum()), float(np.sum((stated.chi2 - stated.counts)[own]))
         removed, unexplained = total - chi2, max(unexplained, 1.0)
         share, left = min(removed / unexplained, 1.0), max((unexplained - removed) / numbers + 1.0, 0.0)
-        first = m is ranked[0][1] or (m.runs == one and chi2 - best < DECISIVE)
+        leads = m is ranked[0][1] or (m.runs == one and chi2 - best < DECISIVE)
         asked = max(unexplained, removed) >= (UNEXPLAINED - 1.0) * numbers
         nearly_all = share > NEARLY_ALL and m.kind != "reading_unit"  # smaller readings leave less of anything
-        certain = clear and first and asked and (nearly_all or (share > BELIEVED and left < LEFT))
+        certain = clear and leads and asked and (nearly_all or (share > BELIEVED and left < LEFT))
         turned = m.kind == "direction" and removed > TURNED_ROUND
         if share > MENTIONED or turned:
             evidence.append(SheetEvidence(mistake=m, share=share, certain=certain, gain=alone - chi2))

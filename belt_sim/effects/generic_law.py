@@ -1,6 +1,7 @@
 """A law found in data as an effect, whose terms say which hooks it has, and as an entry of an effects.yaml."""
 
 import hashlib
+import math
 import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, make_dataclass, replace
@@ -89,6 +90,8 @@ class GenericLaw(Effect):
     def shares(self, kind: str, curves: Curves, case: Case) -> np.ndarray:
         """Return the relative changes of a kind (tension, bending, torsion) of whole spans that a run had, (2, n): of
         the upper and the lower one."""
+        assert curves.angle is not None
+        assert curves.moment is not None
         ahead = case.settings.direction > 0
         up, off = ([0, 2], [3, 1]) if ahead else ([1, 3], [2, 0])  # points of the spans up the tail and the head pulley
         moments = curves.moment if ahead else curves.moment[::-1]
@@ -451,7 +454,7 @@ def _term_of(given: Any, where: str, found: bool) -> tuple[Term, list[float]]:
         one.refuse("exponent", f"give an exponent of at most {LARGEST_EXPONENT:g} either way")
     steady = variable in ("none", "yaw_set") and not COURSES[course].per
     if place.relative and not place.is_stretch and steady and not found:
-        peak = float(np.hypot(*(values[n] for n in form.halves))) if form.is_wave else 0.0
+        peak = math.hypot(*(values[n] for n in form.halves)) if form.is_wave else 0.0
         for name in form.halves:
             if not SHARES[0] < min(values[name], -peak) <= max(values[name], peak) < SHARES[1]:
                 least, most = SHARES

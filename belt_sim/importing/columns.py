@@ -560,8 +560,8 @@ def column_questions(logged: LoggedTables, used: list[LoggedTable]) -> tuple[lis
                 raise refusal(table.file, remedy, name="columns", value=", ".join(c.name for c in table.columns))
             numbers = [c for c in numbers if c.name != first.name]
             is_length = UNITS.get(first.stated_unit, ("",))[0] == "length"
-            options = ("travel", "time") if is_length else ("time", "travel")
-            found.append(ask("time_or_travel", options, name=first.name, file=file))
+            likelier_first = ("travel", "time") if is_length else ("time", "travel")
+            found.append(ask("time_or_travel", likelier_first, name=first.name, file=file))
         if "signal" not in roles and numbers:
             found.append(ask("signal", name=numbers[0].name, file=file))
     missing: dict[tuple[str, ...], Question] = {}

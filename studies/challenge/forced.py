@@ -45,8 +45,10 @@ def every_search() -> Iterator[list[Asked]]:
 
 def describe(found: bs.Diagnosis | Decision) -> str:
     """Verdict, named effects, and the probability of something unknown."""
-    plain = isinstance(found, Decision)
-    rows, names = (found.explanations, found.named) if plain else (found.considered, [e.id for e in found.effects])
+    if isinstance(found, Decision):
+        rows, names = found.explanations, list(found.named)
+    else:
+        rows, names = found.considered, [e.id for e in found.effects]
     unknown = sum(e.probability for e in rows if e.unknown)
     return f"{found.verdict.value} {'+'.join(sorted(names)) or '-'}, unknown {unknown:.2%}"
 
@@ -81,8 +83,9 @@ def main() -> None:
             diagnose = partial(bs.diagnose, campaign, model or None, advise=False, progress=lambda *_: None)
             with every_search() as asked:
                 found = diagnose()
-            for searched, decision, bounds in asked or [(True, None, {})]:
-                plain, full = describe(diagnose() if searched else decision), describe(found)
+            never: list[tuple[bool, Decision | None, dict[frozenset[str], float]]] = [(True, None, {})]
+            for searched, decision, bounds in asked or never:
+                plain, full = describe(diagnose() if searched or decision is None else decision), describe(found)
                 search = "never asked" if not asked else "searched" if searched else "left out"
                 changed = "the same" if plain.split(",")[0] == full.split(",")[0] else "CHANGED"
                 rose = "" if decision is None else f" ({rises(decision, bounds, found)})"
