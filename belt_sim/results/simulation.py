@@ -138,22 +138,20 @@ class Simulation(Display):
         """The curves as in curves.csv: travel in m, y in mm, angles in mrad."""
         import pandas as pd
 
-        return pd.DataFrame(curves_columns(self._stored_curves()))
+        if self.curves is None:
+            raise CannotRepresent(self.note)
+        return pd.DataFrame(curves_columns(self.curves))
 
     def to_xarray(self) -> Any:
         """The curves over travel, point and span, in SI."""
-        curves = self._stored_curves()
+        if (curves := self.curves) is None:
+            raise CannotRepresent(self.note)
         wanted = {"y": ("point", "m"), "angle": ("point", "rad"), "moment": ("span", "N m")}
         wanted |= {"edge_stress": ("span", "Pa"), "tilt": ("span", "rad")}
         there = {n: w for n, w in wanted.items() if getattr(curves, n) is not None}
         variables = {n: ((dim, "travel"), np.asarray(getattr(curves, n))) for n, (dim, _) in there.items()}
         coords = {"travel": np.asarray(curves.travel), "point": list(POINT_NUMBERS), "span": list(BOTH_SPANS)}
         return dataset(variables, coords, {"travel": "m"} | {n: unit for n, (_, unit) in there.items()})
-
-    def _stored_curves(self) -> Curves:
-        if self.curves is None:
-            raise CannotRepresent(self.note)
-        return self.curves
 
 
 def effect_json(effect: Effect) -> dict[str, Any]:
