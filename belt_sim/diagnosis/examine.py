@@ -252,7 +252,7 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
         additive=frozenset(c.id for c in bench.forward.classes if c.is_additive()),
         other_models=tuple(_other_models(bench, nothing, search, frozenset(likeliest))),
     )
-    search = extend(search, ())
+    search = replace(extend(search, ()), linearisation=Linearisation(nothing, {}))  # of what it was for all is done
     if laws is None:
         return search, table
     rows = {name: row_of(search.bench, fit, checked=False) for name, fit in search.singles.items()}

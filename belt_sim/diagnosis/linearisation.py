@@ -64,22 +64,15 @@ class GridStart:
 @dataclass(frozen=True)
 class SizeStart:
     """A number, by position, at a size, and what that changes of the predictions: (R, S, n), white (N,) the same
-    whitened.
+    whitened; is_possible: whether it keeps every belt on its pulleys; shows: whether readings see it.
     """
 
     position: int
     size: float
     change: np.ndarray
     white: np.ndarray
-
-    @property
-    def is_possible(self) -> bool:
-        """Whether it keeps every belt on its pulleys."""
-        return bool(np.isfinite(self.change).all())
-
-    @property
-    def shows(self) -> bool:
-        return bool(np.linalg.norm(self.white) > STRONG)
+    is_possible: bool
+    shows: bool
 
     def begin(self, bench: Workbench, null: Fit) -> Fit:
         """The fit ``null`` with the number at that size, where the derivatives of its effect are due."""
@@ -221,8 +214,12 @@ def _changes(bench: Workbench, fit: Fit, tried: Sequence[tuple[int, float]]) -> 
     points = np.repeat(fit.vector[None], len(tried), axis=0)
     for row, (k, size) in enumerate(tried):
         points[row, k] = size
-    changes = bench.forward.values(points) - fit.values
-    return [SizeStart(*pair, x, bench.metric.whiten(x)) for pair, x in zip(tried, changes, strict=True)]
+    found = []
+    for (k, size), change in zip(tried, bench.forward.values(points) - fit.values, strict=True):
+        white = bench.metric.whiten(change)
+        shows, stays = bool(np.linalg.norm(white) > STRONG), bool(np.isfinite(change).all())
+        found.append(SizeStart(k, size, change, white, is_possible=stays, shows=shows))
+    return found
 
 
 # Shapes of an effect at the points of a grid.

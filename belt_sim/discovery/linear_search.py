@@ -135,7 +135,10 @@ def _plain_lengths(data: SearchData, place: Place, block: Block, inputs: np.ndar
     faint = np.any(own < np.square(CANCELS * most), axis=0)
     if faint.any():
         found = found.copy()  # the rows are kept for other places
-        found[:, faint] = inputs[:, faint] @ _sum_of_parts(data, place, lambda c: data.design[c].swapaxes(0, 1))
+        own = [np.broadcast_to(data.states.channel_gain(place, *part), data.states.beta.shape) for part in place.parts]
+        for r, some in enumerate(inputs[:, faint]):  # one run at a time takes little memory
+            exact = sum(data.design[c][:, r] * gain[r, :, None] for (c, _), gain in zip(place.parts, own, strict=True))
+            found[r, faint] = some @ exact
     return _lengths(found, block.waves)
 
 
