@@ -161,11 +161,11 @@ def test_another_base_model_is_told_of_instead_of_effects():
 
 
 def test_a_law_is_sought_where_the_linear_range_cannot_tell_it_from_effects():
-    """Effects that gain 2000 are in doubt by 60 nats where something unknown does without one of them."""
+    """Effects that gain 2000 are in doubt by 100 nats where something unknown does without one of them."""
     pair = row("crown", "taper", gain=2000.0)
     worth = explanations(table(pair), POLICY)[0].log_posterior + log(POLICY.unknown)
     asked = []
-    for behind in (59.0, 61.0):
+    for behind in (99.0, 101.0):
         asked_of = table(pair, unknown=(unknown(worth - behind), unknown(-7.0, "crown", "taper")))
         decision = decide(asked_of, POLICY)
         assert decision.verdict is Verdict.EXPLAINED
