@@ -13,7 +13,7 @@ import numpy as np
 from belt_sim.case import Case
 
 #: natural in-plane curvature [1/m] at places s [m] along the belt
-Camber = Callable[[np.ndarray], np.ndarray]
+CurvatureAlongBelt = Callable[[np.ndarray], np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -82,7 +82,7 @@ class SceneParts:
     tail: PulleySurface
     gravity: float
     friction: float = math.inf
-    camber: Camber | None = None
+    camber: CurvatureAlongBelt | None = None
     edge_guides: tuple[GuideRoller, ...] = ()
     lift_off: float = 0.0
     pushes: tuple[Push, ...] = ()
@@ -118,7 +118,7 @@ class SceneParts:
         there = vars(getattr(self, pulley))
         return self.with_pulley(pulley, **{name: there[name] + value for name, value in values.items()})
 
-    def with_camber(self, camber: Camber) -> "SceneParts":
+    def with_camber(self, camber: CurvatureAlongBelt) -> "SceneParts":
         """With a natural curvature [1/m] added to what the belt has."""
         there = self.camber
         return replace(self, camber=camber if there is None else lambda s: there(s) + camber(s))

@@ -14,7 +14,7 @@ from belt_sim.api.campaigns import imported_runs_table, noise_tables
 from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.api.simulate import model_for_campaign
 from belt_sim.app import widgets
-from belt_sim.app.session import MAX_UPLOAD, MEBI, NAMED_GROUPS, REPORT, TOO_LARGE, Import, Place, Session
+from belt_sim.app.session import MAX_UPLOAD, MEBI, NAMED_GROUPS, REPORT, TOO_LARGE, Import, KeyPath, Session
 from belt_sim.app.simulate_page import MODEL_TITLES
 from belt_sim.app.widgets import box, quiet_button, soft
 from belt_sim.campaign import Campaign
@@ -108,7 +108,7 @@ RUN_EXAMPLES |= {"yaw_at": "0 m", "start": "3.2 m"}
 
 
 def answer_field(
-    now: Import, place: Place, known: str = "", options: dict[str, str] | None = None, *,
+    now: Import, place: KeyPath, known: str = "", options: dict[str, str] | None = None, *,
     label: str | None = None, example: str = "",
 ) -> None:  # fmt: skip
     """A menu, or a line of text, for one answer, which is noted at once, so that a page loaded anew shows it.

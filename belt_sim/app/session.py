@@ -123,7 +123,7 @@ def unpack(name: str, data: bytes) -> dict[str, bytes]:
 
 # ---- what a logger's files mean
 
-Place = tuple[str, ...]  # keys in the mapping, from the outside in
+KeyPath = tuple[str, ...]  # keys in the mapping, from the outside in
 NAMED_GROUPS = {"machine": "rig", "belt": "belt"}  # what may be given by the name of one that is known
 
 
@@ -137,8 +137,8 @@ class Import:
 
     logged: LoggedTables
     base: Mapping[str, Any]
-    answers: dict[Place, str] = field(default_factory=dict)
-    all_questions: dict[Place, Question] = field(default_factory=dict)
+    answers: dict[KeyPath, str] = field(default_factory=dict)
+    all_questions: dict[KeyPath, Question] = field(default_factory=dict)
     proposal: Proposal | None = None
     errors: list[str] = field(default_factory=list)
     answered: bool = True
@@ -146,7 +146,7 @@ class Import:
     questions: list[Question] = field(default_factory=list)
     runs: dict[str, dict[str, Any]] = field(default_factory=dict)
 
-    def note(self, place: Place, value: Any) -> None:
+    def note(self, place: KeyPath, value: Any) -> None:
         """Take an answer; a machine or belt given by its name needs no numbers."""
         if place[0] in NAMED_GROUPS and len(place) == 1:
             self.answers = {p: a for p, a in self.answers.items() if p[0] != place[0]}

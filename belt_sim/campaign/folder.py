@@ -328,7 +328,7 @@ SEALED = ("truth.sealed", "truth.sha256")
 DATA_FILES = ("signals.csv", "steady.csv")
 FILES = REQUIRED_FILES + DATA_FILES
 #: Significant digits written: below the last bit of a float, so that 0.012 mm stays 0.012.
-DIGITS = 15
+WRITTEN_DIGITS = 15
 
 
 def campaign_folder(named: str | Path) -> Path:
@@ -590,12 +590,14 @@ def sheet_tree(campaign: Campaign) -> dict[str, Any]:
 
 def _in_unit(si: float, unit: str) -> float:
     """An SI value as the number to write in a unit."""
-    return float(f"{si / UNITS[unit][1]:.{DIGITS}g}")
+    return float(f"{si / UNITS[unit][1]:.{WRITTEN_DIGITS}g}")
 
 
 def _cells(si: np.ndarray, scale: float = 1.0) -> list[str]:
     """Cells of a column; nan is blank."""
-    return ["" if x != x else repr(float(f"{x:.{DIGITS}g}")) for x in (np.asarray(si, dtype=float) / scale).tolist()]
+    return [
+        "" if x != x else repr(float(f"{x:.{WRITTEN_DIGITS}g}")) for x in (np.asarray(si, dtype=float) / scale).tolist()
+    ]
 
 
 def runs_text(runs: tuple[Run, ...]) -> str:

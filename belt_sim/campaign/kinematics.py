@@ -32,15 +32,15 @@ TAIL_AND_HEAD = (("point_1", "point_4"), ("point_2", "point_3"), ("point_1", "po
 CLEAR_SIGMAS = 6.0
 #: The lead is judged once the belt has travelled this many spans.
 LEAD_SPANS = 1.2
-#: A lead below -REVERSED is turned round; outside LOW..HIGH the yaw is of another magnitude. Linear belts give 0.5 to
-#: 1.7, with a pulley offset as large as the yaw itself 0 to 3.
-REVERSED, LOW, HIGH = 0.45, 0.12, 6.0
+#: A lead below -REVERSED_LEAD is turned round; outside LOW..HIGH the yaw is of another magnitude. Linear belts give 0.5
+#: to 1.7, with a pulley offset as large as the yaw itself 0 to 3.
+REVERSED_LEAD, LOW, HIGH = 0.45, 0.12, 6.0
 #: Leads, and yaws, within this ratio are alike.
 ALIKE_LEADS = 3.0
 #: If a pulley offset is the reason, the runs of the other yaw sign have a lead above this.
 OFFSET = 1.8
-#: Late slopes come from the last LATE of records longer than SETTLED spans; MOST: share of runs that must agree.
-LATE, SETTLED, MOST = 0.4, 3.5, 0.8
+#: Late slopes come from the last LATE of records longer than SETTLED_SPANS; AGREEING_SHARE: of runs, that must agree.
+LATE, SETTLED_SPANS, AGREEING_SHARE = 0.4, 3.5, 0.8
 #: How much better the exchanged order of two points across a wrap must fit, as a ratio of variances.
 WRAP_RATIO = 4.0
 #: Readings of one place may differ by so many sigmas (rms over a run); what a yaw moves apart must exceed so many.
@@ -68,7 +68,7 @@ FEWEST_RECORDS, GUIDED_MOST = 3, 0.8
 TURNS = 4  # changes of direction that make an oscillation
 HALTED = 0.03  # of yaw times travel: a free belt has drifted further
 #: Harmonics of the belt's length, degree of the drift polynomial, and the fewest revolutions that separate the two.
-WAVES, DEGREE, ROUNDS = 8, 3, 2.0
+BELT_HARMONICS, DRIFT_DEGREE, ROUNDS = 8, 3, 2.0
 
 
 def check_running_start(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
@@ -136,15 +136,15 @@ def _odd_repeats(
     s = np.linspace(0.0, end, 4 * _GRID)
     # a curved edge comes round with the belt, in another phase where a run starts elsewhere
     turns = end / float(rig_of(campaign).belt_length)
-    phases = 2.0 * np.pi * turns * np.outer(s / end, np.arange(1, 1 + min(WAVES, int(len(s) / (4.0 * turns)))))
+    phases = 2.0 * np.pi * turns * np.outer(s / end, np.arange(1, 1 + min(BELT_HARMONICS, int(len(s) / (4.0 * turns)))))
     waves = np.concatenate([np.cos(phases), np.sin(phases)], axis=1) if turns > ROUNDS else np.zeros((len(s), 0))
     curves = np.array([_curves_of(run, of_run, names, s) for run in alike])
     judged = alike if several else alike[1:]
     of_others = [np.median(np.delete(curves, alike.index(run), axis=0), axis=0) for run in judged]
     apart = curves[-len(judged) :] - of_others  # (runs, signals, travel)
-    basis = np.hstack([np.vander(s / end, DEGREE + 1), waves])
+    basis = np.hstack([np.vander(s / end, DRIFT_DEGREE + 1), waves])
     sizes = np.linalg.lstsq(basis, apart.reshape(-1, len(s)).T, rcond=None)[0]
-    rounds = (waves @ sizes[DEGREE + 1 :]).T.reshape(apart.shape)  # what comes round with the belt
+    rounds = (waves @ sizes[DRIFT_DEGREE + 1 :]).T.reshape(apart.shape)  # what comes round with the belt
     off = np.abs((apart - rounds)[..., -len(s) // 5 :].mean(axis=2))  # (runs, signals)
     same_start = np.ptp([r.start or 0.0 for r in alike]) == 0.0
     elsewhere, heights = not (several and same_start), rounds.std(axis=(1, 2))
@@ -256,7 +256,7 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
     sizes, yaws = np.abs(factors), np.abs([lead.yaw for lead in leads])
     usual = float(np.median(yaws))
     small = (sizes * yaws < LOW * usual / 2.0) | ((sizes < LOW) & (yaws > HIGH * usual))
-    is_odd = ((factors < -REVERSED) & (yaws > 0.5 * usual)) | small | (sizes > HIGH)
+    is_odd = ((factors < -REVERSED_LEAD) & (yaws > 0.5 * usual)) | small | (sizes > HIGH)
     if not is_odd.any():
         return _turned_column(leads, span)
     found = []
@@ -306,13 +306,13 @@ def _turned_column(leads: list[Lead], span: float) -> list[Suspicion]:
         s = np.linspace((1.0 - LATE) * end, end, _GRID)
         pair = [np.polyfit(s, np.interp(s, r.travel, r.readings), 1)[0] for r in (lead.tail, lead.head)]
         clear = CLEAR_SIGMAS * max(lead.tail.drift_error, lead.head.drift_error) / (LATE * end)
-        if end >= SETTLED * span and min(map(abs, pair)) >= clear:
+        if end >= SETTLED_SPANS * span and min(map(abs, pair)) >= clear:
             slopes.append([float(slope) / lead.yaw for slope in pair])
     apart = [(tail, head) for tail, head in slopes if abs(tail + head) < 0.5 * abs(tail - head)]
-    if len(slopes) < 3 or len(apart) < MOST * len(slopes):
+    if len(slopes) < 3 or len(apart) < AGREEING_SHARE * len(slopes):
         return []
     against = sum(tail < 0.0 for tail, _ in apart)
-    if max(against, len(apart) - against) < MOST * len(apart):
+    if max(against, len(apart) - against) < AGREEING_SHARE * len(apart):
         return []  # what does not follow the yaw is no sign of a column
     turned = leads[0].tail if against > len(apart) / 2 else leads[0].head
     sentence = "drifts away from the other points to the end, in nearly all runs: the sign of this column is turned"
@@ -450,9 +450,9 @@ def _subtract_edge(campaign: Campaign, records: list[Record]) -> list[Record]:
     rest, left, waves = [], [], dict[int, np.ndarray]()
     for r in (r for r in records if r.travel[-1] > ROUNDS * length):
         place = r.run.direction * (r.travel + r.run.yaw_at)
-        phases = 2.0 * np.pi / length * place[:, None] * np.arange(1, WAVES + 1)
+        phases = 2.0 * np.pi / length * place[:, None] * np.arange(1, BELT_HARMONICS + 1)
         waves[id(r)] = wave = np.concatenate([np.cos(phases), np.sin(phases)], axis=1)
-        drift = np.linalg.qr(np.vander(r.travel / r.travel[-1], DEGREE + 1))[0]
+        drift = np.linalg.qr(np.vander(r.travel / r.travel[-1], DRIFT_DEGREE + 1))[0]
         rest.append(wave - drift @ (drift.T @ wave))
         left.append(r.readings - drift @ (drift.T @ r.readings))
     if not waves:

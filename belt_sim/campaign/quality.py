@@ -47,7 +47,7 @@ LEAST_SCATTER = 0.1
 MOST_STUCK = 0.1  # share of a record: more makes a broken sensor
 #: Rows whose median stands before and after a step of the readings, and how often such a step exceeds what all but a
 #: tenth of them reach: of 1,859 records without a fault the largest is 3.6 times as large.
-STEP_ROWS, STEP = 4, 5.0
+STEP_ROWS, STEP_SIZE = 4, 5.0
 #: Places of bad readings that a sentence lists.
 LISTED = 6
 #: A blank stretch is a gap when it is this share of the record and this many usual steps.
@@ -121,7 +121,7 @@ def check_record(record: Record) -> list[Suspicion]:
         sizes = np.where(ways < 1.5 * np.median(ways), np.abs(steps), 0.0)
         row = int(np.argmax(sizes))
         least = max(record.measured_noise, LEAST_SCATTER * record.stated_noise, resolution(y))
-        if sizes[row] <= max(SPIKE * least, STEP * float(np.quantile(sizes, 0.9))):
+        if sizes[row] <= max(SPIKE * least, STEP_SIZE * float(np.quantile(sizes, 0.9))):
             return []
         kind, severity = "shifted", "look"
         sentence = f"its readings step by {steps[row] / MM:+.2g} mm at travel {s[row + STEP_ROWS]:.6g} m: the sensor"

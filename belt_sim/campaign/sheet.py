@@ -218,14 +218,14 @@ def require_text(text: str) -> str:
     return text
 
 
-Line = Annotated[str, AfterValidator(to_one_line)]
+OneLine = Annotated[str, AfterValidator(to_one_line)]
 Radius = Annotated[QuantityEntry, in_range(BOUNDS["pulley_radius"])]
 
 
 class SourceEntry(Entry):
     kind: Literal["measured", "digitised", "synthetic"]
-    reference: Line = ""
-    licence: Line = ""
+    reference: OneLine = ""
+    licence: OneLine = ""
 
 
 class MachineEntry(Entry):
@@ -324,7 +324,7 @@ def check_signal_name(name: str) -> str:
 
 class CampaignEntry(Entry):
     schema_: Literal["belt-campaign/1"]
-    title: Annotated[Line, AfterValidator(require_text)]
+    title: Annotated[OneLine, AfterValidator(require_text)]
     source: SourceEntry
     machine: MachineEntry
     belt: BeltEntry

@@ -20,7 +20,7 @@ from belt_sim.line.march import march_case
 from belt_sim.line.spans import Composition
 from belt_sim.scene_parts import SceneParts
 
-PLANNED_TRAVEL = 40.0  # [m]
+TRIED_TRAVEL = 40.0  # [m]
 PARITY = 0.05  # share of the contribution that may have the other parity: run-up nonlinearities are smaller
 EXPONENT = 0.2  # late rates follow a power law only in the limit of high tension
 # collinearity from which an effect can imitate another in these readings, not always the other way round
@@ -45,8 +45,8 @@ def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str
         if not np.isfinite(p.scale) or p.scale == 0:
             raise InputError(f"{where}.scale", p.scale, p.unit, "give a size that matters on a real machine")
     # march, readings and scene must be the same to the last bit (to rounding where JAX fuses, see jax_setup)
-    without, null = march_case(case, model, travel=PLANNED_TRAVEL), cls.null()
-    within = march_case(case, model, (null,), travel=PLANNED_TRAVEL)
+    without, null = march_case(case, model, travel=TRIED_TRAVEL), cls.null()
+    within = march_case(case, model, (null,), travel=TRIED_TRAVEL)
     read = [indicate(without, case, effects, without.travel) for effects in ((), (null,))]
     alike = np.array_equal if is_unfused() else partial(np.allclose, rtol=1e-12, atol=1e-18)
     pairs = [pair for two in ((without, within), read) for pair in zip(*map(jax.tree.leaves, two), strict=True)]
@@ -78,10 +78,10 @@ def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str
 def _contribution(cls: type[Effect], model: Composition, case: Case) -> np.ndarray:
     """What the effect at its scale adds to y at points 1-4 as a sensor reads it, shape (4, n)."""
     at_scale = cls(**{n: p.scale for n, p in cls.parameters.items()})
-    curves = march_case(case, model, (at_scale,), travel=PLANNED_TRAVEL)
+    curves = march_case(case, model, (at_scale,), travel=TRIED_TRAVEL)
     return (
         np.asarray(indicate(curves, case, (at_scale,), curves.travel).y)
-        - march_case(case, model, travel=PLANNED_TRAVEL).y
+        - march_case(case, model, travel=TRIED_TRAVEL).y
     )
 
 
@@ -107,7 +107,7 @@ def _check_declarations(cls: type[Effect], model: Composition, case: Case) -> li
     sizes = []
     for tension in HIGH_TENSION:
         tight = replace(case, settings=replace(case.settings, tension=tension))
-        curves = march_case(tight, model, travel=PLANNED_TRAVEL)
+        curves = march_case(tight, model, travel=TRIED_TRAVEL)
         rates = late_rates(replace(curves, y=_contribution(cls, model, tight)))
         sizes.append(float(np.linalg.norm(rates)))
     measured = np.log(max(sizes[1], 1e-300) / max(sizes[0], 1e-300)) / np.log(HIGH_TENSION[1] / HIGH_TENSION[0])

@@ -437,7 +437,8 @@ ALONE = 0.1  # share of it that the same may clear in another run: what an effec
 NOISE_SIGMAS = 4.0  # sigmas of its chi2 that the run may then still be from what noise makes of it
 UNLIKE = 1e-3  # m between the places where runs began, from which what acts by the place may act in one of them alone
 UNDONE = 0.5  # share of the chi2 beyond noise that a turned sign must at least account for
-LEFT = 0.05  # share of the chi2 cleared that may stay beside that: settings and noise levels are not known exactly
+#: Share of the chi2 cleared that may stay beside that: settings and noise levels are not known exactly.
+SHARE_LEFT = 0.05
 
 
 def free_zeros(campaign: Campaign, suspicions: Sequence[Suspicion]) -> Campaign:
@@ -477,7 +478,7 @@ def confirm_signs(bench: Workbench, values: np.ndarray, suspicions: Sequence[Sus
 
 def _leaves_noise(left: float, cleared: float, count: int) -> bool:
     """Whether readings, read another way, ``cleared`` more chi2 than chance and have noise ``left``, of ``count``."""
-    return cleared > CLEARED and left - NOISE_SIGMAS * np.sqrt(2.0 * count) < LEFT * cleared
+    return cleared > CLEARED and left - NOISE_SIGMAS * np.sqrt(2.0 * count) < SHARE_LEFT * cleared
 
 
 def _excess_chi2(bench: Workbench, values: np.ndarray, y: np.ndarray) -> np.ndarray:

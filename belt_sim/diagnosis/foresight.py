@@ -104,23 +104,23 @@ ODD = 3.5
 #: Share of the unexplained chi2 that a mistake must remove to be believed, and to be mentioned.
 BELIEVED, MENTIONED = 0.9, 0.5
 #: chi2 a reading that may be left then, unless nearly all is removed: a fault may stand beside the mistake.
-LEFT, NEARLY_ALL = 2.0, 0.98
+CHI2_LEFT, NEARLY_ALL = 2.0, 0.98
 #: chi2 by which the best mistake must beat the stated sheet, by one noise too, and all other mistakes to be believed.
 DECISIVE = 100.0
 #: chi2 by which the other direction of travel must be better to be asked about beside whatever else acts: where it is
 #: right, faults of a machine reach a half of it, and delays more.
 TURNED_ROUND = 200.0
 #: Mistakes that make a belt stiffer or softer alike; by less than this factor a machine can be off by itself.
-STIFFNESS, OFF = ("width", "thickness", "modulus", "tension"), 3.0
+STIFFNESS_KINDS, OFF = ("width", "thickness", "modulus", "tension"), 3.0
 #: Mistakes that change a belt's movement as another base model does: one that removes BELIEVED of what the mistake
 #: removes may be meant.
-LIKE_A_MODEL = (*STIFFNESS, "radius", "centre_distance", "travel_unit")
+LIKE_A_MODEL = (*STIFFNESS_KINDS, "radius", "centre_distance", "travel_unit")
 #: chi2 by which a run must gain to count among those in which a mistake was made.
 GAIN_OF_A_RUN = 50.0
 #: Share of what free starts remove, that another base model may remove at most.
 OF_MODEL = 0.5
 #: Steps of the refinement of a mistake's size, and how far it reaches, as a logarithm.
-REFINED, REACH = 12, 0.9
+REFINED, SIZE_REACH = 12, 0.9
 GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 #: Kinds of mistakes that are laid out anew after the screening.
 FINALISTS = 3
@@ -184,10 +184,11 @@ def sheet_evidence(
         return ()
     first = ranked[0][1]
     like_a_model = first.kind in LIKE_A_MODEL and rival - best < (1.0 - BELIEVED) * excess
-    stiffness, one = first.kind in STIFFNESS, first.runs if len(first.runs) == 1 else None  # the run that it concerns
+    stiffness = first.kind in STIFFNESS_KINDS
+    one = first.runs if len(first.runs) == 1 else None  # the run that it concerns
     # whether it beats the stated sheet and all others, but those that do the same or concern the same run, and is more
     # than a fault of the machine
-    alike = [m for _, m in ranked[1:] if m.runs == one or (stiffness and m.kind in STIFFNESS)]
+    alike = [m for _, m in ranked[1:] if m.runs == one or (stiffness and m.kind in STIFFNESS_KINDS)]
     others = [total, *(c for c, m in ranked[1:] if m not in alike)]
     factor = first.size**2 if first.kind == "width" else first.size
     clear = min(others) - best > DECISIVE and not (stiffness and 1.0 / OFF < factor < OFF) and not like_a_model
@@ -200,7 +201,7 @@ def sheet_evidence(
         leads = m is ranked[0][1] or (m.runs == one and chi2 - best < DECISIVE)
         asked = max(unexplained, removed) >= (UNEXPLAINED - 1.0) * numbers
         nearly_all = share > NEARLY_ALL and m.kind != "reading_unit"  # smaller readings leave less of anything
-        certain = clear and leads and asked and (nearly_all or (share > BELIEVED and left < LEFT))
+        certain = clear and leads and asked and (nearly_all or (share > BELIEVED and left < CHI2_LEFT))
         turned = m.kind == "direction" and removed > TURNED_ROUND
         if share > MENTIONED or turned:
             evidence.append(SheetEvidence(mistake=m, share=share, certain=certain, gain=alone - chi2))
@@ -389,7 +390,7 @@ def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float,
 
     # golden section (scipy.optimize takes a quarter of a second to import), then the vertex of a parabola
     at = float(np.log(mistake.size))
-    low, high = at - REACH, at + REACH
+    low, high = at - SIZE_REACH, at + SIZE_REACH
     left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
     tried = {left: misfit(left), right: misfit(right)}
     while len(tried) < REFINED - 1:

@@ -303,7 +303,7 @@ DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
 #: of stiffness, tension, yaw [rad], its place [m] (half a step), length, start [m]
 DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6, 1e-3)
 COLUMN_SETS = 8  # sets of columns of additive effects, at once
-REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
+TRAVEL_REACH = 1.12  # predictions reach this much further than the record, which an encoder may have shortened
 HEAVY = "heavy"
 STEPS_BEHIND = 4  # steps behind a record, between which its last reading is looked up
 FURTHER = ("encoder", "sensor_travel")  # hooks of effects with which a reading may be of a later travel than is shown
@@ -346,7 +346,7 @@ class Forward:
         # the group of an effect: its own id where it need not be compiled at all; empty where it slows no batch
         groups = {c: c.id if c.is_additive() else HEAVY if c.id in SLOW else "" for c in self.classes}
         self._groups = [groups[s.effect] for s in self.slots]
-        travel = samples.end * REACH + 0.5
+        travel = samples.end * TRAVEL_REACH + 0.5
         steps, _, history = plan_steps(samples.cases, travel=travel, step=step, keep=step)
         self._steps, self.room = (travel / steps, steps), room or room_for(steps, history)
         self._far = np.array([bool(overrides(s.effect, FURTHER)) for s in self.slots] + [False] * len(NUISANCES))

@@ -342,7 +342,8 @@ def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list
 
 
 HARMONICS = 12  # of the belt's length, at most
-LARGEST = 1e-3  # [m], one sigma of the first harmonic of what comes round; that of others falls with their number
+#: [m], one sigma of the first harmonic of what comes round; that of others falls with their number
+LARGEST_HARMONIC = 1e-3
 ASKEW = 10.0  # one sigma of a wobble, in units of its scale
 PLACES_A_WAVE = 16  # of the shortest wave, between places that are tried
 TRIED = (96, 400)  # fewest and most places that are tried
@@ -481,7 +482,7 @@ def _waves_of(bench: Workbench, linearisation: Linearisation) -> tuple[np.ndarra
     turn = 2.0 * np.pi * direction[:, None] * np.column_stack([samples.travel, samples.yaw_at]) / length
     waves = np.zeros((len(lateral), HARMONICS, 2, *samples.y.shape))
     for part, wave in enumerate((np.cos, np.sin)):
-        shape = wave(many[:, None, None] * turn) * (LARGEST / many)[:, None, None]
+        shape = wave(many[:, None, None] * turn) * (LARGEST_HARMONIC / many)[:, None, None]
         for k, s in enumerate(lateral):
             waves[k, :, part, :, s] = shape[..., :-1] - shape[..., -1:]
     pairs, rates = (

@@ -35,7 +35,7 @@ class Action:
     settings: RunSettings
 
 
-REVERSED, LONGER, TURNED = "run with travel reversed", "run twice as long", "turn the belt over"
+TRAVEL_REVERSED, LONGER, BELT_TURNED = "run with travel reversed", "run twice as long", "turn the belt over"
 
 
 def menu(template: Run, *, twofold: bool = False) -> list[Action]:
@@ -52,16 +52,16 @@ def menu(template: Run, *, twofold: bool = False) -> list[Action]:
         "run at twice the yaw": {"yaw": 2 * yaw},
         "run at lower tension": {"tension": 0.6 * base.tension},
         "run at higher tension": {"tension": 1.7 * base.tension},
-        REVERSED: {"direction": -base.direction},
+        TRAVEL_REVERSED: {"direction": -base.direction},
         "run at twice the speed": {"speed": 2 * base.speed},
         "run at half the speed": {"speed": 0.5 * base.speed},
         "put sensors at all four points": {"all_points": True},
-        TURNED: {"turned_over": True},
+        BELT_TURNED: {"turned_over": True},
         LONGER: {"travel": 2.0 * base.travel},
     }
     if twofold:
-        pairs = [(one, LONGER) for one in changes if one not in (LONGER, TURNED)]
-        pairs += [(one, REVERSED) for one in changes if "tension" in one]
+        pairs = [(one, LONGER) for one in changes if one not in (LONGER, BELT_TURNED)]
+        pairs += [(one, TRAVEL_REVERSED) for one in changes if "tension" in one]
         changes = {f"{a}, {b.removeprefix('run ')}": changes[a] | changes[b] for a, b in pairs}
     actions = []
     for words, change in changes.items():
@@ -77,7 +77,7 @@ def menu(template: Run, *, twofold: bool = False) -> list[Action]:
 
 REFIT_STEPS = 8  # of a refit
 AFTER_TOO_FAR = 0.3  # a step that went too far, the next time
-SETTLED = 0.98  # of what remains, from one step to the next
+SEARCH_SETTLED = 0.98  # of what remains, from one step to the next
 
 
 @dataclass(frozen=True)
@@ -195,7 +195,7 @@ class Outlook:
             if all(np.isfinite(x).all() for x in (values, slopes, there, new, along)):
                 gaps = self.bench.metric.whiten(right.values - values), self.white(there - new).ravel()
                 size = float(np.linalg.norm(rest := np.concatenate(gaps)))
-            if not size < SETTLED * least:
+            if not size < SEARCH_SETTLED * least:
                 if size <= least or not step.any():
                     return min(size, least)
                 step = AFTER_TOO_FAR * step

@@ -471,7 +471,7 @@ AGAINST_REPEATS = 9.2
 TIE = 1e-6  # weight of the data sheet where noise says nothing of a level
 
 
-Level = tuple[float, float, float]
+NoiseLevel = tuple[float, float, float]
 
 
 class SignalLevels:
@@ -564,7 +564,7 @@ class SignalLevels:
         weight = np.exp(-0.5 * (cost - cost.min()))
         return weight @ self.spectra / weight.sum()
 
-    def nearest(self, mean: np.ndarray) -> Level:
+    def nearest(self, mean: np.ndarray) -> NoiseLevel:
         """(white, wander, length) on the grid whose spectrum stands best for a ``mean`` (K,): that from which normal
         noise of the mean one is hardest to tell (Kullback and Leibler).
         """
@@ -652,7 +652,7 @@ class LevelFinder:
     def __call__(self, errors: np.ndarray) -> Levels:
         """Levels to be expected after what a model leaves of the readings (R, S, n)."""
         share = self.smooth_share(errors)
-        read: list[Level] = []
+        read: list[NoiseLevel] = []
         for rough, smooth in zip(self.signals, self.smooth, strict=True):
             if rough.contrasts:  # of the likelier kind the levels nearest to the mean spectrum of all of both
                 mean = (1.0 - share) * rough.mean(errors) + share * smooth.mean(errors)

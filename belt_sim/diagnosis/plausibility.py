@@ -173,7 +173,7 @@ def estimates_of_single_sizes(bench: Workbench, fit: Fit, name: str) -> Mapping[
 
 # What a fit leaves open, as its report says it.
 
-WORST, PART = 1e8, 1e-3  # condition of the pivots; share of a pivot's sensitivity, below which it has no part
+WORST, PART_OF_PIVOT = 1e8, 1e-3  # condition of the pivots; share of a pivot's sensitivity, below which it has no part
 BLIND = 1.0  # of what a machine could have: a direction in which a number goes further than that is not bound
 CORRELATED = 0.9
 
@@ -207,7 +207,7 @@ def inseparable_numbers(forward: Forward, fit: Fit) -> list[Inseparable]:
     share = directions @ np.linalg.inv(directions[pivots])  # (k, b), the unit matrix at the pivots
     found: list[Inseparable] = []
     for k in np.flatnonzero(alone):
-        strong = np.abs(share[k]) * fit.sensitivity[k] > PART * fit.sensitivity[pivots]
+        strong = np.abs(share[k]) * fit.sensitivity[k] > PART_OF_PIVOT * fit.sensitivity[pivots]
         if k in pivots or not strong.any():
             continue
         known_sum = np.eye(len(share))[k]

@@ -239,9 +239,9 @@ def marginal_gains(fit: Fit, shapes: Mapping[str, np.ndarray]) -> dict[str, floa
 
 
 SEARCH_ROUNDS = 8
-PAIRS = 3  # that are fitted because they promise more together than any effect alone
+PROMISING_PAIRS = 3  # that are fitted because they promise more together than any effect alone
 MAX_EFFECTS = 4
-MOVES = 3  # more, at most, until nuisances are where the fit at them puts them
+NUISANCE_MOVES = 3  # more, at most, until nuisances are where the fit at them puts them
 UNMOVED = 1.0  # squared distance of two fits [sigma^2], below which readings hardly tell them apart
 RISE = 1.0  # chi2, by which a larger set may fit worse than a smaller one, by rounding and the end of a fit
 NO_EFFECTS: Ids = frozenset()
@@ -283,7 +283,7 @@ def run_search(search: Search) -> Search:
 
     Sets are compared on one workbench: noise levels, and with them what a gain counts, differ on others.
     """
-    search = add_pairs(search, PAIRS)
+    search = add_pairs(search, PROMISING_PAIRS)
     for _ in range(SEARCH_ROUNDS):
         best = _likeliest(search)
         ids = search.fits[best].ids
@@ -402,7 +402,7 @@ def move_to(search: Search, ids: Names) -> Search:
     """
     search = add_fits(search, [ids])
     fit = search.fits[frozenset(ids)]
-    for move in range(MOVES + 1):
+    for move in range(NUISANCE_MOVES + 1):
         if move:
             search = add_fits(search, [ids])
             before, fit = fit, search.fits[frozenset(ids)]

@@ -158,7 +158,7 @@ def _nuisances_at(
 
 #: A belt that ran before its record leans as yaws of the tail left it: of these lengths before it [spans], each of any
 #: size that a machine has (one sigma) [rad].
-HISTORIES, TURNED = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0), 2e-3
+HISTORIES, START_YAW = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0), 2e-3
 
 
 def start_shapes(forward: Forward, vector: np.ndarray, running: Collection[str] | None = None) -> list[np.ndarray]:
@@ -180,7 +180,7 @@ def start_shapes(forward: Forward, vector: np.ndarray, running: Collection[str] 
     longer = longer.set_to(forward.tension[which], forward.yaw[which], forward.longer)
     _, (yaw,) = longer.expand(vector, [longer.nuisances[NUISANCES.index("yaw")]])
     first, *moved = np.split(yaw, len(HISTORIES) + 1)
-    own = TURNED * np.array([r.name in names for r in samples.runs])[:, None, None]
+    own = START_YAW * np.array([r.name in names for r in samples.runs])[:, None, None]
     return [own * (m - first - (m - first)[..., :1]) for m in moved]
 
 

@@ -37,7 +37,7 @@ LARGE_CHANGES = (-0.9, -0.75, -0.5, 1.0, 4.0)
 #: whitened readings (F, R, m) of sets of numbers, and the states with the first
 LoopSolution = tuple[np.ndarray, States]
 #: a variable, and the pulley or signal where it is read
-Variable = tuple[str, int]
+PlacedVariable = tuple[str, int]
 
 
 def solve_loop(data: SearchData, law: Law, sizes: np.ndarray, begin: States | None = None) -> LoopSolution | None:
@@ -56,7 +56,7 @@ def solve_loop(data: SearchData, law: Law, sizes: np.ndarray, begin: States | No
     still = _responses_to(data, [(one.channel, one.value(at)) for one in acting if not one.reads], reads)
     unread = {read: x + still[read] for read, x in _state_values(base, reads).items()}
 
-    def furthest(x: dict[Variable, np.ndarray]) -> float:  # of what is read, in units; nan where one is
+    def furthest(x: dict[PlacedVariable, np.ndarray]) -> float:  # of what is read, in units; nan where one is
         return float(np.max([np.abs(x[read]).max() / size for read, size in largest.items()], initial=0.0))
 
     # a law that steers against what it reads by as much or more swings ever further in whole steps, the belt does not
@@ -95,7 +95,7 @@ class LoopInput:
     factor: np.ndarray
 
     @cached_property
-    def reads(self) -> list[Variable]:
+    def reads(self) -> list[PlacedVariable]:
         """What it depends on: the variable of the term, and the ends of a span that it changes."""
         form, where = self.term.form, self.states.signals.index(self.channel) if self.pulley is None else self.pulley
         found = [(form.variable, where)] if form.reads_belt else []
@@ -103,7 +103,7 @@ class LoopInput:
             found += [("ends", 3 * int(self.pulley or 0) + k) for k in range(3)]
         return found
 
-    def value(self, at: dict[Variable, np.ndarray]) -> np.ndarray:
+    def value(self, at: dict[PlacedVariable, np.ndarray]) -> np.ndarray:
         """The input (R, F, J), or (R, 1, 1) where it is none, from what is read."""
         t, u = self.term, self.factor
         if t.form.reads_belt:
@@ -156,13 +156,13 @@ def _shape_values(form: Form, x: np.ndarray) -> np.ndarray:
     return form.shape_value(x, None, np)
 
 
-def _variables_read(inputs: Sequence[LoopInput]) -> list[Variable]:
+def _variables_read(inputs: Sequence[LoopInput]) -> list[PlacedVariable]:
     """What some inputs depend on; with the rate of a signal the signal itself."""
     found = dict.fromkeys(read for one in inputs for read in one.reads)
     return list(dict.fromkeys([*found, *(("reading", where) for name, where in found if name == "reading_rate")]))
 
 
-def _state_values(states: States, reads: Iterable[Variable]) -> dict[Variable, np.ndarray]:
+def _state_values(states: States, reads: Iterable[PlacedVariable]) -> dict[PlacedVariable, np.ndarray]:
     return {(name, where): getattr(states, name)[:, where, None] for name, where in reads}
 
 
@@ -170,7 +170,7 @@ def _state_values(states: States, reads: Iterable[Variable]) -> dict[Variable, n
 ChannelInputs = Sequence[tuple[str, np.ndarray]]
 
 
-def _spectra(data: SearchData, rows: Sequence[Variable], channel: str, length: int) -> np.ndarray:
+def _spectra(data: SearchData, rows: Sequence[PlacedVariable], channel: str, length: int) -> np.ndarray:
     """Spectra (k, R, 1, w) of what an input in the first whole cell of a channel adds to variables."""
     s, samples, added = data.states.s, data.bench.samples, []
     rig, belt = samples.cases.rig, samples.cases.belt
@@ -190,7 +190,9 @@ def _spectra(data: SearchData, rows: Sequence[Variable], channel: str, length: i
     return rfft(single_precision(shaped), length)[:, :, None]
 
 
-def _responses_to(data: SearchData, inputs: ChannelInputs, reads: Collection[Variable]) -> dict[Variable, np.ndarray]:
+def _responses_to(
+    data: SearchData, inputs: ChannelInputs, reads: Collection[PlacedVariable]
+) -> dict[PlacedVariable, np.ndarray]:
     """What inputs add to what is read, (R, F, J)."""
     states, cells = data.states, len(data.states.s)
     acting = [(channel, u) for channel, u in inputs if np.any(u)]
@@ -226,7 +228,7 @@ def _responses_to(data: SearchData, inputs: ChannelInputs, reads: Collection[Var
     return found
 
 
-def _replace_states(base: States, found: dict[Variable, np.ndarray]) -> States:
+def _replace_states(base: States, found: dict[PlacedVariable, np.ndarray]) -> States:
     """The states with some of them changed (R, F, J), as the first set of numbers has them."""
     changed: dict[str, Any] = {name: getattr(base, name).copy() for name, _ in found}
     for (name, where), x in found.items():

@@ -203,7 +203,7 @@ WITHIN = 6.0  # chi2: a likelihood ratio of 20
 EXPONENTS = (0.0, -1.0, -2.0, 1.0)
 SECONDS = 12  # second terms that are kept of a place, and of a first term
 STEP_OF_GRID = 1.8  # ratio to the next knee or length of the grid
-TERM, NUMBER, WAVE, EXPONENT, APART = 26.0, 3.0, 4.0, 2.0, 4.0  # what a law's numbers must earn, in chi2
+TERM, NUMBER, WAVE, EXPONENT_PRICE, APART = 26.0, 3.0, 4.0, 2.0, 4.0  # what a law's numbers must earn, in chi2
 
 
 @dataclass(frozen=True)
@@ -240,7 +240,7 @@ def cost(law: Law) -> float:
     """What a law's numbers must earn."""
     found = TERM * (len(law.terms) - 1) + APART * (len({t.place.name for t in law.terms}) > 1)
     for t in law.terms:
-        found += NUMBER * len(t.form.numbers) + EXPONENT * (t.exponent != 0.0) + WAVE * t.form.is_wave
+        found += NUMBER * len(t.form.numbers) + EXPONENT_PRICE * (t.exponent != 0.0) + WAVE * t.form.is_wave
     return found
 
 
@@ -284,7 +284,7 @@ def single_term_laws(data: SearchData) -> RankedLaws:
         for n in exponents_of(data):
             tables.append((place, forms, n))
             found.append(gains(blocks, data.weight(n), beside, g.inverse, g.shared_residual))
-            prices.append(price + EXPONENT * (n != 0.0))
+            prices.append(price + EXPONENT_PRICE * (n != 0.0))
     gain = np.concatenate(found).astype(float)
     return RankedLaws(tables, gain, gain - np.concatenate(prices))
 

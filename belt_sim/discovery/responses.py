@@ -49,7 +49,7 @@ CELLS = 240  # of the input along the longest run, at most
 SHORTEST = 3.0  # cells in a wave
 SAMPLED = 2.0  # gaps between readings in a wave, at least (Nyquist)
 OUTSIDE_MARCH = {"encoder", "sensor_travel", "sensor", "scene"}  # hooks that a march does not call
-Y, MOMENT, TILT = 0, 8, 10  # first rows of what is kept, see ImpulseResponses
+Y, MOMENT, TILT_ROW = 0, 8, 10  # first rows of what is kept, see ImpulseResponses
 _SCALES = {"rad": 1e-4, "1/m": 1e-5, "m": 1e-4}
 
 
@@ -306,7 +306,7 @@ def design_matrices(
                 if name in CHANNELS:
                     pulse = responses.pulses[r, CHANNELS.index(name), row].astype(np.float32)
                     read = responses.cell_responses(pulse, true[r])
-                elif signal.name == name or (name in ROLLS and row == TILT + ROLLS.index(name)):  # it shows it itself
+                elif signal.name == name or (name in ROLLS and row == TILT_ROW + ROLLS.index(name)):  # itself
                     read = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
                 else:
                     continue
@@ -319,7 +319,7 @@ def design_matrices(
 def curve_row(at: str, direction: float) -> int | None:
     """Row of ImpulseResponses.curves that a signal at a place shows; None of a place that no row is of."""
     if at in ("upper_mid_span", "lower_mid_span"):
-        return TILT + (0 if (at == "upper_mid_span") == (direction > 0) else 1)
+        return TILT_ROW + (0 if (at == "upper_mid_span") == (direction > 0) else 1)
     points = [f"point_{k}" for k in ((1, 3, 2, 4) if direction > 0 else (2, 4, 1, 3))]
     return Y + points.index(at) if at in points else None
 

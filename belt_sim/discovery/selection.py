@@ -35,10 +35,10 @@ from belt_sim.jax_setup import map_in_threads
 # They are fitted and compared in closed loop.
 
 
-SINGLES, PAIRS, FIRSTS, LAWS_ELSEWHERE = 20, 8, 5, 8
+SINGLES, LAW_PAIRS, FIRSTS, LAWS_ELSEWHERE = 20, 8, 5, 8
 LIKELIEST, FORMS = (8, 2), 4  # the likeliest places, first many and then few, and other forms that are tried there
 WITH_SLOPES = 2  # laws with a knee, of which both slopes are tried
-SAME = 0.998  # cosine of readings that are the same
+SAME_COSINE = 0.998  # cosine of readings that are the same
 POLISHED, POLISH = 6, 30  # laws that are fitted to the end, steps
 MODELLED = 0.02  # of a gain, to which linear columns can be trusted
 REPETITIONS = 400  # of the campaign, simulated
@@ -84,11 +84,11 @@ def choose_law(data: SearchData, latent: LatentInput, pairs: bool = True) -> Law
         gram = data.projector.gram_of(np.stack([c.readings for c in some]))
         size = np.sqrt(np.maximum(np.diag(gram), 1e-30))
         for k in range(len(some)):
-            if all(abs(gram[k, j]) < SAME * size[k] * size[j] for j in firsts):
+            if all(abs(gram[k, j]) < SAME_COSINE * size[k] * size[j] for j in firsts):
                 firsts.append(k)
         different = [some[k] for k in firsts[:FIRSTS]]
         beside = [(replace(data, states=states_with(data, c)), c.scored_law) for c in different]
-        seconds = [(s, distinct_families(two_term_laws(s, one), PAIRS)) for s, one in beside]
+        seconds = [(s, distinct_families(two_term_laws(s, one), LAW_PAIRS)) for s, one in beside]
         everything, sloped = _merge(ones, _fit_all(data, seconds)), two_slope_laws(data, ones)
     polished = [fit_closed_loop(data, c.law, c.sizes, POLISH) for c in everything[:POLISHED]]
     everything = _merge(everything, [*(c for c in polished if c is not None), *sloped])

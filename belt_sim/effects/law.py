@@ -18,7 +18,7 @@ ROLLS = tuple(f"roll_{pulley}" for pulley in PULLEYS)
 SPAN_NAMES = ("upper", "lower")  # the first runs up the tail pulley where the belt travels forwards
 
 
-class Kind(NamedTuple):
+class LawVariable(NamedTuple):
     """A kind of place: its words, the unit of what acts there, the law and the hook that it changes, the field of what
     that hook changes; relative: what its input is a relative change of."""
 
@@ -31,18 +31,18 @@ class Kind(NamedTuple):
 
 
 PLACE_KINDS = {
-    "yaw": Kind("yaw of {}", "rad", "drive", "yaw"),
-    "turn": Kind("turn of the belt where it runs up {}", "1/m", "run-up", "runup", "turn"),
-    "drift": Kind("sideways drift where the belt runs up {}", "rad", "run-up", "runup", "drift"),
-    "shift": Kind("sideways shift over the wrap of {}", "m", "wrap", "wrap", "y"),
-    "twist": Kind("twist over the wrap of {}", "rad", "wrap", "wrap", "alpha"),
-    "span": Kind("bend of the {} span where it runs up", "1/m", "run-up", "runup", "turn"),
-    "tension": Kind("tension of the belt", "1", "span", "bend", relative="tension"),
-    "pull": Kind("tension of one span, the {}", "1", "span", "bend", relative="tension"),
-    "bending": Kind("bending stiffness of {}", "1", "span", "bend", relative="bending"),
-    "torsion": Kind("torsional stiffness of {}", "1", "span", "bend", relative="torsion"),
-    "travel": Kind("travel that the encoder shows", "m", "sensor", "encoder"),
-    "sensor": Kind("reading of {}", "m", "sensor", "sensor"),
+    "yaw": LawVariable("yaw of {}", "rad", "drive", "yaw"),
+    "turn": LawVariable("turn of the belt where it runs up {}", "1/m", "run-up", "runup", "turn"),
+    "drift": LawVariable("sideways drift where the belt runs up {}", "rad", "run-up", "runup", "drift"),
+    "shift": LawVariable("sideways shift over the wrap of {}", "m", "wrap", "wrap", "y"),
+    "twist": LawVariable("twist over the wrap of {}", "rad", "wrap", "wrap", "alpha"),
+    "span": LawVariable("bend of the {} span where it runs up", "1/m", "run-up", "runup", "turn"),
+    "tension": LawVariable("tension of the belt", "1", "span", "bend", relative="tension"),
+    "pull": LawVariable("tension of one span, the {}", "1", "span", "bend", relative="tension"),
+    "bending": LawVariable("bending stiffness of {}", "1", "span", "bend", relative="bending"),
+    "torsion": LawVariable("torsional stiffness of {}", "1", "span", "bend", relative="torsion"),
+    "travel": LawVariable("travel that the encoder shows", "m", "sensor", "encoder"),
+    "sensor": LawVariable("reading of {}", "m", "sensor", "sensor"),
 }
 AT_PULLEYS = ("yaw", "turn", "drift", "shift", "twist")  # of these kinds
 WRAPPED = ("shift", "twist")  # what happens to a belt while it lies on a pulley

@@ -117,10 +117,10 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
 
 
 #: Revolutions of the belt, and part of a span, that a record is likely to travel; likely settings in SI.
-REVOLUTIONS, PART = 50.0, 0.02
+REVOLUTIONS, PART_OF_SPAN = 50.0, 0.02
 #: Spans that a yawed belt must have run to be judged by its movement, and the share of yaw times travel that it moves
 #: at least; share by which a tension may move within a run.
-SPANS, STILL, RAMP = 2.0, 2e-3, 0.04
+SPANS, STILL_TENSION, RAMP = 2.0, 2e-3, 0.04
 #: Answers under trust that take an unlikely number as it is.
 TRUSTED = ("yes", "true")
 LIKELY_SETTINGS = {"tension": (3e5, 8e8), "speed": (2e-3, 15.0), "yaw": (-0.035, 0.035), "yaw_head": (-0.035, 0.035)}
@@ -151,7 +151,7 @@ def doubts(
     for run in made:
         travel = run.record.index.to_numpy()
         far = float(travel[-1] - travel[0])
-        if not PART * rig.span_length <= far <= REVOLUTIONS * rig.belt_length:
+        if not PART_OF_SPAN * rig.span_length <= far <= REVOLUTIONS * rig.belt_length:
             words = f"{far:.4g} m of travel in run {run.key}, {far / rig.belt_length:.2g} revolutions of the belt"
             own = {c.role for c in columns}
             doubt("travel", ("travel",) if "travel" in own else ("speed", "time"), words)
@@ -163,7 +163,7 @@ def doubts(
             if moved > belt.width.value:
                 doubt("y", (signal,), f"{words}, more than the belt's width")
             yaw = abs(run.settings["yaw"].value) if "yaw" in run.settings else 0.0
-            if far > SPANS * rig.span_length and moved < STILL * yaw * far:
+            if far > SPANS * rig.span_length and moved < STILL_TENSION * yaw * far:
                 share = f"{moved / (yaw * far):.1g}"
                 doubt("y", (signal,), f"{words}, {share} of yaw times travel (a belt: 0.05 to 0.4)")
         for key, (low, high) in LIKELY_SETTINGS.items():

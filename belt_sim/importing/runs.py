@@ -27,15 +27,15 @@ RANGES = {name: bounds for name, bounds, _ in RUN_NUMBERS.values()}
 #: Settings without which a run says nothing.
 NEEDED = ("tension", "yaw")
 #: A yaw that moves by less than this share of its largest value stands still.
-STILL = 0.05
+STILL_YAW = 0.05
 #: A logged yaw that comes back moved if it was this far off [rad]; less is taken for noise of a gauge at rest.
 YAW_MOVED = 1e-4
 #: Parts of a run over which a logged tension is averaged, and the sigmas of such a mean by which they must differ.
-TENTHS, MOVES = 10, 6.0
+TENTHS, MOVING_SIGMAS = 10, 6.0
 #: Quantile of the steps of a signal or a clock, of which it makes fewer than GOES_ON where it goes on.
 USUAL_STEP = 0.95
 #: Digits that a logged setting is rounded to, and those of a place on the belt, of up to 20000 m.
-DIGITS, START_DIGITS = 4, 7
+LOGGED_DIGITS, START_DIGITS = 4, 7
 
 
 @dataclass(frozen=True)
@@ -51,7 +51,7 @@ class Setting:
     high: float = math.nan
 
 
-Settings = dict[str, Setting]
+LoggedSettings = dict[str, Setting]
 
 
 class Section(NamedTuple):
@@ -72,7 +72,7 @@ class AssembledRun:
     key: str
     entry: RunEntry
     record: pd.DataFrame
-    settings: Settings
+    settings: LoggedSettings
     file: str
     started: str
     notes: tuple[str, ...]
@@ -219,7 +219,7 @@ def _readings_go_on(table: LoggedTable, row: int) -> bool:
 def _assemble(
     block: LoggedTable,
     entry: RunEntry,
-    stated: Settings,
+    stated: LoggedSettings,
     mapping: MappingEntry,
     section: Section,
     open_questions: list[Question],
@@ -235,7 +235,7 @@ def _assemble(
         raise block.refuse(0, "rows", len(way.keep), "", f"run {block.name} has too few rows with time or travel")
     block = block.select_rows(way.keep)
     logged = yaw_settings(block, way.travel, stated) | column_settings(block, section)
-    moved = {} if way.speed is None else {"speed": Setting(round_digits(way.speed, DIGITS), "travel over time")}
+    moved = {} if way.speed is None else {"speed": Setting(round_digits(way.speed, LOGGED_DIGITS), "travel over time")}
     moved |= {"direction": Setting(-1.0, "the sign of travel or speed")} if way.direction < 0.0 else {}
     known = moved | named | logged | stated  # of each the last that has it
     notes = [*(n.text for n in block.notes), *way.notes]
@@ -270,9 +270,11 @@ def _assemble(
 # ---- settings that are stated: by the mapping, by a table of runs, by a name
 
 
-def stated_settings(mapping: MappingEntry, run: str, listed: dict[str, Settings], section: Section) -> Settings:
+def stated_settings(
+    mapping: MappingEntry, run: str, listed: dict[str, LoggedSettings], section: Section
+) -> LoggedSettings:
     """Settings of a run by all_runs, ``listed`` (tables of runs) and its own entry; of each the last that has it."""
-    found: Settings = {}
+    found: LoggedSettings = {}
     for entry, where in ((mapping.all_runs, "all_runs"), (mapping.runs.get(run, RunEntry()), f"runs.{run}")):
         texts = {key: getattr(entry, key) for key in RANGES if getattr(entry, key) is not None}
         found |= {k: Setting(_number(t, k, f"{where}.{k}", section), "the mapping", t) for k, t in texts.items()}
@@ -280,9 +282,9 @@ def stated_settings(mapping: MappingEntry, run: str, listed: dict[str, Settings]
     return found
 
 
-def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, Settings]:
+def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, LoggedSettings]:
     """Run -> settings that tables of runs state, one row a run."""
-    found: dict[str, Settings] = {}
+    found: dict[str, LoggedSettings] = {}
     for table in tables:
         run = table.column("run")
         labels = [f"r{k}" for k in range(1, len(table.lines) + 1)] if run is None else run.labels
@@ -312,9 +314,9 @@ _NAMED = {
 }
 
 
-def name_settings(name: str, section: Section) -> Settings:
+def name_settings(name: str, section: Section) -> LoggedSettings:
     """Settings that the name of a file or run states: ``lauf3_10Nmm2_-0,042grad`` -> tension and yaw."""
-    found: Settings = {}
+    found: LoggedSettings = {}
     for key, pattern in _NAMED.items():
         seen = pattern.search(plain_minus(name))
         if seen:
@@ -347,9 +349,9 @@ def _number(text: str, key: str, where: str, section: Section) -> float:
 # ---- settings that the record shows
 
 
-def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Settings:
+def yaw_settings(block: LoggedTable, travel: np.ndarray, known: LoggedSettings) -> LoggedSettings:
     """The yaw that columns hold, and the place of its step where ``known`` has none; travel [m], shape (n,)."""
-    found: Settings = {}
+    found: LoggedSettings = {}
     for key in ("yaw", "yaw_head"):
         values = block.values(key)
         if values is None:
@@ -358,7 +360,7 @@ def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Set
         y = values[there]
         ends = max(1, len(y) // 50)
         before, level, at, begun = float(np.median(y[:ends])), float(np.median(y[-ends:])), 0, 0
-        moves = abs(level - before) > STILL * np.abs(y).max()
+        moves = abs(level - before) > STILL_YAW * np.abs(y).max()
         beyond = (y - before) / (level - before) > 0.5 if moves else np.zeros(len(y), bool)
         step = int(np.argmax(beyond))
         if moves:
@@ -371,7 +373,7 @@ def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Set
             remedy = "the yaw moves more than once; cut the record into runs, one yaw step each"
             raise block.refuse(there[again], key, float(y[again] / DEGREE), "deg", remedy)
         if moves:
-            if key not in known and abs(before) > STILL * abs(level):
+            if key not in known and abs(before) > STILL_YAW * abs(level):
                 given = f"runs: {{{block.name}: {{{key}: ...}}}}"
                 remedy = f"the yaw is not zero before its step; begin a run at zero yaw, or state {given}"
                 raise block.refuse(there[0], key, float(before / DEGREE), "deg", remedy)
@@ -380,28 +382,28 @@ def yaw_settings(block: LoggedTable, travel: np.ndarray, known: Settings) -> Set
             low, high = np.flatnonzero(part[: step + 1] < 0.1), step + np.flatnonzero(part[step:] > 0.9)
             if len(low) and len(high):
                 begun, at = int(there[low[-1]]), int(there[high[0]])
-        found[key] = Setting(round_digits(level, DIGITS), "its column")
+        found[key] = Setting(round_digits(level, LOGGED_DIGITS), "its column")
         if at and "yaw_at" not in known | found:
             earlier, later = travel[begun], travel[at]
             words = f"the step of {key}, somewhere within {later - earlier:.2g} m"
-            u = round_digits((later - earlier) / np.sqrt(12.0), DIGITS)
+            u = round_digits((later - earlier) / np.sqrt(12.0), LOGGED_DIGITS)
             found |= {"yaw_at": Setting(0.5 * (earlier + later), words), "yaw_at_u": Setting(u, words)}
     return found
 
 
-def column_settings(block: LoggedTable, section: Section) -> Settings:
+def column_settings(block: LoggedTable, section: Section) -> LoggedSettings:
     """The mean tension, the direction, where the run starts on the belt and across it, of columns that hold them."""
-    found: Settings = {}
+    found: LoggedSettings = {}
     tension, start, direction, y0 = (block.values(k) for k in ("tension", "start", "direction", "y0"))
     if y0 is not None:
         found["y0"] = Setting(float(y0[np.isfinite(y0)][0]), "its column")
     if tension is not None:
         there = tension[np.isfinite(tension)]
         tenths, error = [float(part.mean()) for part in np.array_split(there, min(TENTHS, len(there)))], scatter(there)
-        moves = np.ptp(tenths) > MOVES * error * math.sqrt(len(tenths) / len(there))
+        moves = np.ptp(tenths) > MOVING_SIGMAS * error * math.sqrt(len(tenths) / len(there))
         levels = [float(there.mean()), *((min(tenths), max(tenths)) if moves else ())]
         mean, *ends = (section.stress(x, block.column("tension").dimension) for x in levels)  # type: ignore[union-attr]
-        found["tension"] = Setting(round_digits(mean, DIGITS), "the mean of its column", "", *ends)
+        found["tension"] = Setting(round_digits(mean, LOGGED_DIGITS), "the mean of its column", "", *ends)
     if start is not None:
         found["start"] = Setting(round_digits(float(start[np.isfinite(start)][0]), START_DIGITS), "its column")
     if direction is not None:
@@ -443,13 +445,13 @@ def _find_rated(table: LoggedTable, mapping: MappingEntry, section: Section, fou
 YAW_FROM_START = "the yaw is taken to act from the first reading on; else state where it was set: "
 YAW_FROM_START += "all_runs: {yaw_at: 5 m}"
 #: Samples a run that are aimed at, and the fewest that a step may leave.
-AIMED, LEFT = 600, 60
+AIMED, FEWEST_LEFT = 600, 60
 #: Travel from time and speed is a little uneven; a step this share below twice the spacing still has two rows.
 UNEVEN = 0.95
 #: Decimals of a reading in SI that are kept.
 DECIMALS = 10
-#: Digits of one setting that was logged, within SAME of each other in several runs.
-SAME_DIGITS, SAME = 3, 0.01
+#: Digits of one setting that was logged, within SAME_SETTING of each other in several runs.
+SAME_DIGITS, SAME_SETTING = 3, 0.01
 
 
 def runs_on_one_grid(
@@ -484,7 +486,7 @@ def runs_on_one_grid(
         for name, at_yaw in starts.items():
             subtracted[name].append(1e3 * at_yaw)
         if run.y0 is None and (known := middles.keys() & starts):
-            y0 = round_digits(float(np.mean([starts[n] - middles[n] for n in known])), DIGITS)
+            y0 = round_digits(float(np.mean([starts[n] - middles[n] for n in known])), LOGGED_DIGITS)
             run = replace(run, y0=y0)
             off_middle.append(1e3 * y0)
         from_yaw = {n: np.round(record[n].to_numpy() - at_yaw, DECIMALS) for n, at_yaw in starts.items()}
@@ -528,7 +530,7 @@ def _runs_of(made: list[AssembledRun]) -> list[Run]:
         logged = np.array([getattr(runs[k], key) for k in own])
         order = np.argsort(np.abs(logged))
         size = np.abs(logged[order])
-        for group in np.split(order, np.flatnonzero(np.diff(size) > SAME * size[1:]) + 1) if own else ():
+        for group in np.split(order, np.flatnonzero(np.diff(size) > SAME_SETTING * size[1:]) + 1) if own else ():
             mean = round_digits(float(np.mean(np.abs(logged[group]))) / unit, SAME_DIGITS) * unit
             for k in group:
                 change: dict[str, Any] = {key: float(np.sign(logged[k])) * mean}
@@ -560,7 +562,7 @@ def _averaged(made: list[AssembledRun], stated: str | None) -> tuple[list[pd.Dat
         least = max(longest / AIMED, UNEVEN * 2.0 * max(spacing))
         power = 10.0 ** math.floor(math.log10(least))
         step = float(next(f"{f * power:.6g}" for f in (1.0, 2.0, 5.0, 10.0) if f * power >= least * (1.0 - 1e-9)))
-        step = step if step <= longest / LEFT else 0.0
+        step = step if step <= longest / FEWEST_LEFT else 0.0
 
     found, notes = list[pd.DataFrame](), list[Note]()
     for m in made:

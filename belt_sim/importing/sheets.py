@@ -293,9 +293,9 @@ def flow_text(value: Any) -> str:
 
 
 #: Sag stretch over elastic stretch, Lambda, of a slack, a middling and a tight belt; bounds of the tensions [N/mm2].
-LAMBDAS, LEAST, MOST = (30.0, 3.0, 0.3), 2.0, 150.0
+LAMBDAS, LEAST, LARGEST_LAMBDA = (30.0, 3.0, 0.3), 2.0, 150.0
 #: The belt may drift by this share of its width over a record of so many spans; drift per yaw is about a half.
-DRIFT, SPANS, DRIFT_PER_YAW = 0.1, 5.3, 0.5
+DRIFT, RECORD_SPANS, DRIFT_PER_YAW = 0.1, 5.3, 0.5
 #: Sensors as they usually are, to be replaced: white, zero, wander [m] or [rad] and its length [m].
 WHITE, ZERO, WANDER, LENGTH = 2e-5, 1e-4, 5e-5, 3.0
 TYPICAL = "typical, REPLACE by your sensor's"
@@ -325,7 +325,7 @@ class PlannedRun:
 
 def travel_for(rig: Rig) -> float:
     """How long a record should be [m]: until late drift is plain."""
-    return 5.0 * math.ceil(SPANS * rig.span_length / 5.0)
+    return 5.0 * math.ceil(RECORD_SPANS * rig.span_length / 5.0)
 
 
 def plan_for(
@@ -340,7 +340,7 @@ def plan_for(
         load, rounded = belt.density * rig.gravity * rig.span_length, list[float]()
         for wanted in LAMBDAS:
             tension = (load**2 * belt.youngs_modulus / (12.0 * wanted)) ** (1.0 / 3.0) / N_PER_MM2
-            rounded.append(round_digits(min(max(tension, LEAST), MOST), 2))
+            rounded.append(round_digits(min(max(tension, LEAST), LARGEST_LAMBDA), 2))
         tensions = [*rounded[:1], *(max(t, round_digits(1.5 * s, 2)) for s, t in pairwise(rounded))]
     if yaw is None:
         yaw = DRIFT * belt.width / (DRIFT_PER_YAW * travel_for(rig)) / DEGREE

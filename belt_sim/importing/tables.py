@@ -238,11 +238,11 @@ def column_of(cells: pd.Series, unit: str, decimal: str, is_open: bool, lines: n
 
 
 #: Bytes by which the encoding is told, lines by which the layout is.
-HEAD, HEAD_LINES = 1 << 16, 300
+HEAD_BYTES, HEAD_LINES = 1 << 16, 300
 #: Rows whose decimal marks are looked at.
 MARKS = 2000
 #: Largest text file, and largest workbook when unpacked [bytes]; longest line [characters].
-LARGEST, LARGEST_WORKBOOK, LONGEST_LINE, LONGEST_NAME = 500_000_000, 200_000_000, 100_000, 500
+LARGEST_TEXT, LARGEST_WORKBOOK, LONGEST_LINE, LONGEST_NAME = 500_000_000, 200_000_000, 100_000, 500
 #: How every xlsx file begins.
 ZIP = b"PK\x03\x04"
 _MARKS = {
@@ -283,13 +283,13 @@ def _read_file(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
         if not file.is_file():
             what = "is a folder; name the files in it" if file.is_dir() else "there is no such file; check its path"
             raise refusal(file, what)
-        if (size := file.stat().st_size) > LARGEST:
+        if (size := file.stat().st_size) > LARGEST_TEXT:
             raise refusal(file, f"has {size / 1e9:.1f} GB; export it at a lower rate, or cut it")
         data = file.read_bytes()
     except (OSError, ValueError) as error:
         cause = getattr(error, "strerror", None) or error
         raise refusal(file, f"cannot be read ({cause}); give a file that can") from None
-    if not data[:HEAD].strip(b"\0\xef\xbb\xbf\xff\xfe \t\r\n"):
+    if not data[:HEAD_BYTES].strip(b"\0\xef\xbb\xbf\xff\xfe \t\r\n"):
         raise refusal(file, "is empty; export the log again")
     if not data.startswith(ZIP):
         lines, encoding = _text_lines(file, data, form.get("encoding"))
@@ -323,7 +323,7 @@ def _text_lines(file: Path, data: bytes, stated: str | None) -> tuple[list[str],
             raise refusal(file, f"holds no text ({what}); save it as .xlsx or CSV")
     encoding = stated or next((name for mark, name in _MARKS.items() if data.startswith(mark)), "")
     if not encoding:
-        head = data[:HEAD]
+        head = data[:HEAD_BYTES]
         even, odd = (head[k::2].count(0) / (len(head) / 2.0) for k in (0, 1))
         control = sum(head.count(bytes([k])) for k in range(32) if k not in (7, 9, 10, 11, 12, 13, 26, 27))
         wide = {"utf-16-le": odd > 0.6 and even < 0.05, "utf-16-be": even > 0.6 and odd < 0.05}

@@ -40,16 +40,16 @@ _BUILD = """\
 </fmiBuildDescription>
 """
 #: descriptions of variables
-DRIFT = "disturbance: lateral drift per belt travel, added where the belt runs up the tail pulley"
+DRIFT_MEANING = "disturbance: lateral drift per belt travel, added where the belt runs up the tail pulley"
 Y_START = "lateral position of the whole belt at the start"
 Y_AT = "lateral position of the belt at point"
-TENSION = "belt tension at which the plant holds"
+TENSION_MEANING = "belt tension at which the plant holds"
 #: DefaultExperiment: travel in all and of each step [m]
 _TRAVEL, _STEP = 60.0, 0.05
 
 
 @dataclass(frozen=True)
-class Variable:
+class FmuVariable:
     """A variable of the FMU as modelDescription.xml has it; shown: its display unit."""
 
     name: str
@@ -106,18 +106,20 @@ def _content(space: StateSpace, fmi: int) -> dict[str, Any]:
     direction = -1 if plant.places[0][1] else 1  # 1 where the upper span runs from the head to the tail pulley
     points = ("upper end, tail pulley", "lower end, tail pulley", "lower end, head pulley", "upper end, head pulley")
     variables = [  # in the order of the value references; yaw, yaw_head, drift stand together
-        Variable("time", "independent", "s", "time"),
-        Variable("yaw", "input", "rad", "yaw of the tail pulley", shown="deg", start=0.0),
-        Variable("yaw_head", "input", "rad", "yaw of the head pulley", shown="deg", start=0.0),
-        Variable("drift", "input", "m/m", DRIFT, shown="mm/m", start=0.0),
-        Variable("speed", "input", "m/s", "belt speed, not negative", start=plant.speed),
-        Variable("y_start", "parameter", "m", Y_START, variability="fixed", initial="exact", shown="mm", start=0.0),
+        FmuVariable("time", "independent", "s", "time"),
+        FmuVariable("yaw", "input", "rad", "yaw of the tail pulley", shown="deg", start=0.0),
+        FmuVariable("yaw_head", "input", "rad", "yaw of the head pulley", shown="deg", start=0.0),
+        FmuVariable("drift", "input", "m/m", DRIFT_MEANING, shown="mm/m", start=0.0),
+        FmuVariable("speed", "input", "m/s", "belt speed, not negative", start=plant.speed),
+        FmuVariable("y_start", "parameter", "m", Y_START, variability="fixed", initial="exact", shown="mm", start=0.0),
         *(
-            Variable(f"y{k}", "output", "m", f"{Y_AT} {k} ({point})", initial="calculated", shown="mm")
+            FmuVariable(f"y{k}", "output", "m", f"{Y_AT} {k} ({point})", initial="calculated", shown="mm")
             for k, point in enumerate(points, 1)
         ),
-        Variable("travel", "output", "m", "belt travel since the start", initial="calculated"),
-        Variable("tension", "output", "Pa", TENSION, "constant", initial="exact", shown="N/mm2", start=plant.tension),
+        FmuVariable("travel", "output", "m", "belt travel since the start", initial="calculated"),
+        FmuVariable(
+            "tension", "output", "Pa", TENSION_MEANING, "constant", initial="exact", shown="N/mm2", start=plant.tension
+        ),
     ]
     outputs = [k for k, v in enumerate(variables) if v.causality == "output"]
     tension = f"{plant.tension / N_PER_MM2:g} N/mm2"

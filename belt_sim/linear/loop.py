@@ -18,7 +18,7 @@ LOST_AT = 10.0  # [m] off the middle, at which a run that diverges ends
 LOOP_ORDER = 6  # of the rational function that stands for each wrapped arc
 LONGEST_WAY = 1000  # samples that a reading may be late: the loop's eigenvalues take a second
 GROWS = 1e-6  # [1/m]: less is rounding of a mode that stands, e-fold in 1000 km
-WAVES = np.geomspace(1e-4, 20.0, 8000)  # [rad per metre of travel] at which the open loop is drawn
+LOOP_WAVES = np.geomspace(1e-4, 20.0, 8000)  # [rad per metre of travel] at which the open loop is drawn
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,9 +236,9 @@ def _open_loop(space: StateSpace, linear: Any, *, point: int, late: int, sample:
 
     growth is the logarithm of the largest eigenvalue of the sampled loop: belt, readings on their way, controller.
     """
-    plant, frequency = space.plant, WAVES * space.plant.speed
+    plant, frequency = space.plant, LOOP_WAVES * space.plant.speed
     held = np.exp(-1j * frequency * (delay + 0.5 * sample))
-    loop = np.asarray(linear(1j * frequency)).reshape(-1) * plant.response(WAVES)[:, point - 1, 0] * held
+    loop = np.asarray(linear(1j * frequency)).reshape(-1) * plant.response(LOOP_WAVES)[:, point - 1, 0] * held
 
     turns, (by_yaw,) = _held(space.a, space.b[:, :1], sample)
     inside, (by_error,) = _held(linear.A, linear.B, sample)

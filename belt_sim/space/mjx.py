@@ -521,7 +521,7 @@ def run_prepared(
                     slides = np.moveaxis(np.asarray(nodes_of(ready[k].model.belt.shape, places[k])), -1, 0)
                     time, ends = (last + 1) * one.scene.options.step, last + 1 == steps[k]
                     one.show(read, slides, time, commands.yaw[k, last], ends)
-                    every, gone = one.scene.options.frame, float(read[run.TRAVEL])  # segments end where they do
+                    every, gone = one.scene.options.frame, float(read[run.TRAVEL_ROW])  # segments end where they do
                     one.next_frame = max(every * math.ceil((gone + 1e-12) / every), 0.0)
             pending = reads
         found.append(np.asarray(pending))

@@ -257,7 +257,10 @@ class SpaceRun:
         def instant(steps: int, **at: float) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
             """What the recorder is told after so many steps of the run-in and the run."""
             read = np.append(state.readings, steps)
-            read[[run.TRAVEL, run.SPEED]] = [at.get("travel", read[run.TRAVEL]), at.get("speed", read[run.SPEED])]
+            read[[run.TRAVEL_ROW, run.SPEED]] = [
+                at.get("travel", read[run.TRAVEL_ROW]),
+                at.get("speed", read[run.SPEED]),
+            ]
             return read, state.slides, float(state.instant[9]), state.instant[1:3]
 
         advancing = [o.advance for o in observers if hasattr(o, "advance")]  # who want to know the share that is made

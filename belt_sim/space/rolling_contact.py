@@ -23,7 +23,7 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.space import mujoco_interface as interface
 from belt_sim.space.belt import ActiveFeatures, belt_arrays
 from belt_sim.space.options import CONTACT_STIFFNESS, IMPEDANCE, Options
-from belt_sim.space.run import SPEED, TAIL_X, TRAVEL, Recorder, YawPlan, notify_observers, reading
+from belt_sim.space.run import SPEED, TAIL_X, TRAVEL_ROW, Recorder, YawPlan, notify_observers, reading
 from belt_sim.space.scene import (
     HEAD_SPIN,
     HEAD_YAW,
@@ -389,7 +389,7 @@ class ContactRun:
                 if recorder.is_due(self.travel, self.speed):
                     read, *at = self._read(steps, yaw)
                     if not recorder.table:
-                        recorder.add(np.where(np.arange(len(read)) == TRAVEL, 0.0, read), *at)
+                        recorder.add(np.where(np.arange(len(read)) == TRAVEL_ROW, 0.0, read), *at)
                     read[-1] += 1
                     recorder.add(read, *at)
                 steps += 1

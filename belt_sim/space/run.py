@@ -169,14 +169,14 @@ def plan_in_travel(settings: Settings, options: Options, travel: float, changes:
 
 
 #: rows of a reading
-POINTS, ANGLES, MOMENTS, EDGES = slice(0, 4), slice(4, 8), slice(8, 10), slice(10, 12)
-TILTS, SAGS, TENSION = slice(12, 14), slice(14, 16), 16
-TAIL_X, TRAVEL, SPEED = 17, 18, 19
+POINTS, ANGLES, MOMENTS, EDGE_ROWS = slice(0, 4), slice(4, 8), slice(8, 10), slice(10, 12)
+TILT_ROWS, SAGS, TENSION_ROW = slice(12, 14), slice(14, 16), 16
+TAIL_X, TRAVEL_ROW, SPEED = 17, 18, 19
 #: the same by name: y of points 1-4 [m], angles there [rad], entry moments [N m], slack-edge stresses [Pa], tilts
 #: [rad], sags [m], tension [Pa], x of the tail pulley [m], travel [m], belt speed [m/s]
 READING: dict[str, Any] = {
-    "y": POINTS, "angle": ANGLES, "moment": MOMENTS, "edge_stress": EDGES, "tilt": TILTS, "sag": SAGS,
-    "tension": TENSION, "tail_x": TAIL_X, "travel": TRAVEL, "speed": SPEED,
+    "y": POINTS, "angle": ANGLES, "moment": MOMENTS, "edge_stress": EDGE_ROWS, "tilt": TILT_ROWS, "sag": SAGS,
+    "tension": TENSION_ROW, "tail_x": TAIL_X, "travel": TRAVEL_ROW, "speed": SPEED,
 }  # fmt: skip
 
 
@@ -307,7 +307,7 @@ class Recorder:
 
     def add(self, read: np.ndarray, *at: Any) -> None:
         """One more reading, the first at travel 0, from where y counts; raises SimulationError for a lost belt."""
-        travel, y = float(read[TRAVEL]), np.abs(read[POINTS])
+        travel, y = float(read[TRAVEL_ROW]), np.abs(read[POINTS])
         if not np.isfinite(read).all():
             raise SimulationError(f"positions are not finite at travel {travel:.2f} m: halve model.dt")
         if y.max() > RUNAWAY * float(self.scene.case.belt.width):
@@ -324,7 +324,7 @@ class Recorder:
     def show(self, read: np.ndarray, slides: np.ndarray, time: float, yaw: np.ndarray, last: bool = False) -> None:
         """Hand observers a frame, if one is due or this is the last: slides [m], (n, m, 3), of the nodes; time [s];
         yaw [rad], (2,)."""
-        travel, every = float(read[TRAVEL]), self.scene.options.frame
+        travel, every = float(read[TRAVEL_ROW]), self.scene.options.frame
         if not self.observers or not (travel >= self.next_frame or (last and travel > self.last_frame)):
             return
         self.last_frame, self.next_frame = travel, travel + every
@@ -354,7 +354,7 @@ def curves_in_time(scene: SceneLayout, table: np.ndarray, extra: Mapping[str, in
     which ends with the first reading beyond it."""
     if not len(table):
         return curves_of(np.empty((max([SPEED, *extra.values()]) + 1, 0)), extra)
-    travel, sample = table[:, TRAVEL], scene.options.sample
+    travel, sample = table[:, TRAVEL_ROW], scene.options.sample
     ends = np.add.accumulate(np.full(int(travel[-1] / sample) + 2, sample))
     row = np.searchsorted(ends, travel[:-1], side="right")
     starts = np.flatnonzero(np.diff(row, prepend=-1))
@@ -367,9 +367,9 @@ def curves_in_time(scene: SceneLayout, table: np.ndarray, extra: Mapping[str, in
 def curves_of(columns: np.ndarray, extra: Mapping[str, int]) -> Curves:
     """Curves from columns of readings (20 or more, k); y counts from the first; extra: more columns, by their place."""
     y, sag = columns[POINTS] - columns[POINTS, :1], columns[SAGS].mean(axis=1) if columns.shape[1] else np.zeros(2)
-    more = {name: columns[k] for name, k in {"tension": TENSION, **extra}.items()}
-    others = {"angle": columns[ANGLES], "moment": columns[MOMENTS], "edge_stress": columns[EDGES]}
-    return Curves(travel=columns[TRAVEL], y=y, tilt=columns[TILTS], sag=sag, extra=more, **others)
+    more = {name: columns[k] for name, k in {"tension": TENSION_ROW, **extra}.items()}
+    others = {"angle": columns[ANGLES], "moment": columns[MOMENTS], "edge_stress": columns[EDGE_ROWS]}
+    return Curves(travel=columns[TRAVEL_ROW], y=y, tilt=columns[TILT_ROWS], sag=sag, extra=more, **others)
 
 
 _BYTES = 900  # of a case, a station and a pair of lines: 0.72-0.85 GB measured for 256 cases of the full rig

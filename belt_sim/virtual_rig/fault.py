@@ -12,8 +12,8 @@ import numpy as np
 from belt_sim.virtual_rig.line import Sections
 from belt_sim.virtual_rig.plan import Plan
 
-TAIL = np.array([[1.0], [0.0]])  # on the tail pulley only
-HEAD = np.array([[0.0], [1.0]])  # on the head pulley only
+ON_TAIL_PULLEY = np.array([[1.0], [0.0]])  # on the tail pulley only
+ON_HEAD_PULLEY = np.array([[0.0], [1.0]])  # on the head pulley only
 
 
 @dataclass(frozen=True, kw_only=True)

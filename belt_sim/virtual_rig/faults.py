@@ -12,7 +12,7 @@ import numpy as np
 from belt_sim.case import GRAVITY
 from belt_sim.virtual_rig.fault import (
     ANY_PHASE,
-    TAIL,
+    ON_TAIL_PULLEY,
     TIME_CONSTANT,
     Fault,
     between,
@@ -340,7 +340,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     "taper": {
         "words": "The tail pulley is a cone: (dR/dy)/R = kappa_t turns the stuck belt, dtheta/ds = -(kappa + kappa_t).",
         "kappa_t": size("1/m", 2e-5, 1e-3),
-        "turn": lambda f, s, line, y, kappa: f.kappa_t * TAIL,
+        "turn": lambda f, s, line, y, kappa: f.kappa_t * ON_TAIL_PULLEY,
         "scene": on_pulley("tail", "taper", "kappa_t"),
     },
     "thickness_wedge": {
@@ -355,17 +355,17 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The tail grows a taper as it warms up: kappa_t = rate tau (1 - exp(-t/tau)), t since travel 0.",
         "rate": size("1/(m s)", 2e-7, 5e-6),
         "time_constant": TIME_CONSTANT,
-        "turn": lambda f, s, line, y, kappa: f.rate * warm_up(s, line, f.time_constant) * TAIL,
+        "turn": lambda f, s, line, y, kappa: f.rate * warm_up(s, line, f.time_constant) * ON_TAIL_PULLEY,
     },
     "build_up": {
         "words": "Dirt grows on one side of the tail pulley with the travel: a taper kappa_t = rate s.",
         "rate": size("1/m2", 5e-7, 1e-5),
-        "turn": lambda f, s, line, y, kappa: f.rate * s * TAIL,
+        "turn": lambda f, s, line, y, kappa: f.rate * s * ON_TAIL_PULLEY,
     },
     "crown": {
         "words": "The tail pulley is thicker in its middle: a taper -c y.",
         "c": size("1/m2", 5e-3, 0.5),
-        "turn": lambda f, s, line, y, kappa: -f.c * y * TAIL,
+        "turn": lambda f, s, line, y, kappa: -f.c * y * ON_TAIL_PULLEY,
         "scene": on_pulley("tail", "crown", "c"),
     },
     "pulley_deflection": {
@@ -396,7 +396,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "beta_1": size("rad", 1e-3, 2e-3),
         "phase": ANY_PHASE,
         "turn": lambda f, s, line, y, kappa: (
-            f.beta_1 * np.cos(_askew(f, s, line) - np.pi / 2) / line.tail_radius * TAIL
+            f.beta_1 * np.cos(_askew(f, s, line) - np.pi / 2) / line.tail_radius * ON_TAIL_PULLEY
         ),
         "loads": lambda f, line: tuple(unit_load(line, upper, "roll_at_tail") for upper in (True, False)),
         "push": steady(lambda f, s, line: line.direction * f.beta_1 * np.sin(_askew(f, s, line))),

@@ -39,7 +39,7 @@ from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan, RunSetti
 
 #: Fields that a truth sealed before does not have; left out where they say nothing.
 _SINCE = ("plan", "place", "variable", "form", "also")
-SEALED, HASH = "truth.sealed", "truth.sha256"
+SEALED_FILE, HASH = "truth.sealed", "truth.sha256"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -85,7 +85,7 @@ class Truth:
 def reveal(folder: str | Path) -> Truth:
     """Open a sealed truth; raises InputError when a file is missing or the truth is not the published one."""
     folder, texts = Path(folder), []
-    for name in (HASH, SEALED):
+    for name in (HASH, SEALED_FILE):
         try:
             texts.append((folder / name).read_text(encoding="ascii"))
         except FileNotFoundError:
@@ -97,7 +97,7 @@ def reveal(folder: str | Path) -> Truth:
         truth = Truth(**json.loads(zlib.decompress(base64.b64decode(packed))))
         found = truth.sha256()
     except (binascii.Error, zlib.error, ValueError, TypeError, RecursionError):
-        raise InputError(SEALED, folder, "", "is damaged; make the campaign anew") from None
+        raise InputError(SEALED_FILE, folder, "", "is damaged; make the campaign anew") from None
     if published.split()[:1] != [found]:
         remedy = "the truth was changed after it was sealed (or the published hash was); do not trust it"
         raise InputError("SHA-256 of the truth", found, "", f"does not match {HASH}: {remedy}")
@@ -108,8 +108,8 @@ def seal(truth: Truth, folder: Path) -> str:
     """Write truth.sealed and truth.sha256 into a campaign folder; returns the hash. Hidden, not encrypted."""
     packed = base64.b64encode(zlib.compress(truth.text().encode(), 9)).decode()
     wrapped = "\n".join(packed[k : k + 76] for k in range(0, len(packed), 76))
-    write_text(folder / SEALED, wrapped + "\n")
-    write_text(folder / HASH, f"{truth.sha256()}  {SEALED}\n")
+    write_text(folder / SEALED_FILE, wrapped + "\n")
+    write_text(folder / HASH, f"{truth.sha256()}  {SEALED_FILE}\n")
     return truth.sha256()
 
 

@@ -420,7 +420,7 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
 #: point -> pulley (0 tail, 1 head), and whether the belt leaves it there, for travel direction +1; -1 swaps run-up and
 #: run-off
 POINT_PLACES = {"point_1": (0, False), "point_2": (0, True), "point_3": (1, False), "point_4": (1, True)}
-TILTS = {"upper_mid_span": 1.0, "lower_mid_span": -1.0}  # direction in which the belt comes from the head pulley
+TILT_SIGNS = {"upper_mid_span": 1.0, "lower_mid_span": -1.0}  # direction in which the belt comes from the head pulley
 
 
 def perfect_reading(
@@ -429,9 +429,9 @@ def perfect_reading(
     """What a perfect sensor sees at travel s (n, batch), or a hair before: the belt and its edge [m], where the sensor
     looked, or the tilt of a span [rad]."""
     line = history.line
-    if place in TILTS:
+    if place in TILT_SIGNS:
         tilts = (_tilt(history, s - before, to_tail) for to_tail in (True, False))
-        return np.where(TILTS[place] * line.direction > 0, *tilts)
+        return np.where(TILT_SIGNS[place] * line.direction > 0, *tilts)
     for fault in faults:
         s = fault.sensor_travel(s, line)
     pulley, leaves = POINT_PLACES[place]

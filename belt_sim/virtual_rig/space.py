@@ -41,7 +41,7 @@ NARROW_BELT = BeltSheet(
 )
 TENSIONS = (10.0 * N_PER_MM2, 20.0 * N_PER_MM2, 40.0 * N_PER_MM2, 60.0 * N_PER_MM2)
 YAW = 2.5e-4  # [rad]
-TRAVEL, SPACING = 12.0, 0.1  # [m]
+RUN_TRAVEL, SPACING = 12.0, 0.1  # [m]
 
 #: What the sensors do. They are no better than this on purpose: noise much below what the simulator itself is off by
 #: (python -m studies.space_error) would let a diagnosis see the mesh. The signals are tenths of a millimetre.
@@ -53,7 +53,7 @@ SENSORS = Noise(
 def space_plan() -> Plan:
     """Ten runs: four tensions, yaw to either side, two runs made again."""
     runs = tuple(at_scene_speed(run) for run in grid(TENSIONS, (-YAW, YAW)))
-    return Plan(runs=runs, length=TRAVEL, spacing=SPACING, machine=SHORT_RIG, belt=NARROW_BELT)
+    return Plan(runs=runs, length=RUN_TRAVEL, spacing=SPACING, machine=SHORT_RIG, belt=NARROW_BELT)
 
 
 def at_scene_speed(run: RunSetting) -> RunSetting:

@@ -11,8 +11,8 @@ from belt_sim.virtual_rig.fault import (
     ANY_PHASE,
     ANY_SEED,
     COURSE_KNOTS,
-    HEAD,
-    TAIL,
+    ON_HEAD_PULLEY,
+    ON_TAIL_PULLEY,
     Fault,
     between,
     fault,
@@ -219,14 +219,14 @@ _TABLE: dict[str, dict[str, Any]] = {
         "runup_tail | y power",
         "The tail pulley turns the belt by c y^2 per metre.",
         c=size("1/m3", 0.05, 50.0),
-        turn=lambda f, s, line, y, kappa: f.c * y**2 * TAIL,
+        turn=lambda f, s, line, y, kappa: f.c * y**2 * ON_TAIL_PULLEY,
     ),
     "soft_shoulder": row(
         "runup_head | y saturating, power, threshold",
         "The head pulley has shoulders: off the middle it turns the belt back by kappa at most, kappa tanh(y/y0).",
         kappa=size("1/m", 3e-5, 2e-3),
         width=shape(1e-3, lambda plan, rng: 10 ** rng.uniform(-3.7, -2.5)),
-        turn=lambda f, s, line, y, kappa: -f.kappa * np.tanh(y / f.width) * HEAD,
+        turn=lambda f, s, line, y, kappa: -f.kappa * np.tanh(y / f.width) * ON_HEAD_PULLEY,
     ),
     "dead_zone": row(
         "runup_both | curvature threshold, saturating",
@@ -247,7 +247,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         phase=ANY_PHASE,
         narrow=between(3.0, 1.5, 5.0),
         turn=lambda f, s, line, y, kappa: (
-            f.kappa * np.exp(f.narrow * (np.cos((s + line.start) / line.tail_radius - f.phase) - 1)) * TAIL
+            f.kappa * np.exp(f.narrow * (np.cos((s + line.start) / line.tail_radius - f.phase) - 1)) * ON_TAIL_PULLEY
         ),
     ),
     "lagging_set": row(
@@ -259,14 +259,14 @@ _TABLE: dict[str, dict[str, Any]] = {
             f.kappa
             * np.clip(line.yaw / _FULL, -1.0, 1.0)
             * np.where(s >= line.yaw_at, np.exp(-_since(s, line) / f.time), 0.0)
-            * TAIL
+            * ON_TAIL_PULLEY
         ),
     ),
     "rut": row(
         "runup_tail | y linear; belt_phase linear, periodic",
         "The belt wears a rut into the tail pulley: it is turned as it lay there one revolution of the belt ago.",
         c=size("1/m2", 1e-2, 1.0),
-        recall=lambda f, s, past: f.c * past.state_at(s - past.line.belt_length, 0, 1) * TAIL,
+        recall=lambda f, s, past: f.c * past.state_at(s - past.line.belt_length, 0, 1) * ON_TAIL_PULLEY,
     ),
     "walking_angle": row(
         "runup_tail | travel random",
@@ -274,7 +274,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         size=size("rad/m^0.5", 5e-6, 1e-3, positive=True),
         seed=ANY_SEED,
         turn=lambda f, s, line, y, kappa: (
-            f.size * random_course(f.seed)[line.run, min(int(s), COURSE_KNOTS - 1)] * TAIL
+            f.size * random_course(f.seed)[line.run, min(int(s), COURSE_KNOTS - 1)] * ON_TAIL_PULLEY
         ),
     ),
     # Run-up and wrap: how the belt follows its contact angle, and slides.

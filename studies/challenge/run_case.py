@@ -14,7 +14,7 @@ from typing import Any
 from belt_sim.campaign import read_campaign, write_campaign
 from belt_sim.errors import InputError
 from belt_sim.io import write_json
-from belt_sim.virtual_rig.make import HASH, SEALED, Truth, reveal, seal
+from belt_sim.virtual_rig.make import HASH, SEALED_FILE, Truth, reveal, seal
 from studies.challenge.registry import answerer, source
 from studies.challenge.score import CRASH
 
@@ -78,7 +78,7 @@ def draw(task: Task) -> tuple[str, str]:
     if (place / HASH).exists():
         if (place / HASH).read_text(encoding="ascii").split()[:1] != [truth.sha256()]:
             raise InputError(f"campaign {task.seed}", "another truth", "", "was sealed earlier; choose another folder")
-        if not (place / SEALED).exists():
+        if not (place / SEALED_FILE).exists():
             seal(truth, place)
     else:
         seal(truth, place)

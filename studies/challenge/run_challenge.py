@@ -9,7 +9,7 @@ from typing import Any
 from belt_sim.errors import InputError
 from belt_sim.io import read_json
 from belt_sim.jax_setup import cores
-from belt_sim.virtual_rig.make import SEALED, reveal
+from belt_sim.virtual_rig.make import SEALED_FILE, reveal
 from studies.challenge.pool import share
 from studies.challenge.run_case import Task, crash_answer, run_case, write_result
 
@@ -35,7 +35,7 @@ def run_challenge(
     for task, trouble in share(tasks, run_case, workers or cores(), limit=patience, until=until):
         if trouble:
             sealed = task.file("sealed")
-            truth = reveal(sealed) if (sealed / SEALED).exists() else None
+            truth = reveal(sealed) if (sealed / SEALED_FILE).exists() else None
             write_result(task, answer=crash_answer(trouble), truth=truth, seconds={})
         tell(read_json(task.file("results")))
     return results(first.out)

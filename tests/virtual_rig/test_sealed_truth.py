@@ -10,7 +10,7 @@ import pytest
 from belt_sim.campaign import read_campaign
 from belt_sim.errors import BeltError
 from belt_sim.virtual_rig import Plan, make_campaign, reveal, write_blind
-from belt_sim.virtual_rig.make import HASH, SEALED
+from belt_sim.virtual_rig.make import HASH, SEALED_FILE
 
 SHORT = Plan(length=5.0, spacing=0.5)
 
@@ -41,10 +41,10 @@ def test_the_campaign_folder_tells_nothing(folder):
 
 
 def test_a_changed_truth_is_refused(folder):
-    truth = json.loads(zlib.decompress(base64.b64decode((folder / SEALED).read_text())))
+    truth = json.loads(zlib.decompress(base64.b64decode((folder / SEALED_FILE).read_text())))
     truth["effects"][0]["id"] = "cant"
     packed = base64.b64encode(zlib.compress(json.dumps(truth).encode())).decode()
-    (folder / SEALED).write_text(packed)
+    (folder / SEALED_FILE).write_text(packed)
     assert "does not match" in refused(folder)
 
 
@@ -55,12 +55,12 @@ def test_a_changed_hash_is_refused(folder):
 
 @pytest.mark.parametrize("damage", ["", "not base64!", "aGVsbG8=", "é"])
 def test_a_damaged_seal_is_one_line(folder, damage):
-    (folder / SEALED).write_text(damage, encoding="utf-8")
+    (folder / SEALED_FILE).write_text(damage, encoding="utf-8")
     assert "made" in refused(folder) or "anew" in refused(folder)
 
 
 def test_no_seal_is_one_line(folder):
-    (folder / SEALED).unlink()
+    (folder / SEALED_FILE).unlink()
     assert "nothing to reveal" in refused(folder)
 
 
