@@ -201,11 +201,11 @@ def imported_runs_table(campaign: Campaign) -> Table:
 def noise_tables(proposal: Proposal) -> tuple[Table, Table]:
     """White noise, wander and zero of every signal, in mm or mrad; and white noise of every run, blank where it lacks
     the signal."""
-    rows = []
+    rows: list[tuple[str, ...]] = []
     for name, n in proposal.noise.items():
         white, wander, zero = (f"{np.round(x / MM, 6):.3g}" for x in (n.white, n.wander, n.zero))
         rows.append((name, white, wander, f"{n.length:.3g}", zero, n.wander_from))
-    columns = ("signal", "white", "wander", "over m", "zero", "wander read off")
+    columns: tuple[str, ...] = ("signal", "white", "wander", "over m", "zero", "wander read off")
     of_signals = Table("Noise (mm or mrad, one sigma)", columns, rows, left=("signal", "wander read off"))
     runs = dict.fromkeys(run for n in proposal.noise.values() for run in n.by_run)
     rows = [

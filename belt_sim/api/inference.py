@@ -225,7 +225,7 @@ class FitResult(Display):
 
     def lines(self) -> Sequence[str]:
         """Statistics, a line a number, and what the fit leaves open, in the form of lmfit's fit_report."""
-        (none, rms), texts = (1e3 * r for r in self.rms), dict(self.tables()[0].rows)
+        (none, rms), texts = (1e3 * r for r in self.rms), {row[0]: row[1] for row in self.tables()[0].rows}
         rows = {
             "# data points": f"{self.degrees + len(texts)}",
             "# variables": f"{len(texts)}",

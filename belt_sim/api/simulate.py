@@ -375,16 +375,16 @@ def run_in_batches(
         with suppress(BeltError):  # the case as its own run would march it
             case = case_from(config)
             model = on_engine(model_of(by_tension(model_settings(config["model"]), [case])), config["engine"])
-            space = isinstance(model, SpaceModel) and model.engine in BATCH_ENGINES and model.contact == CONTACTS[0]
-            if space and config["watch"] != "viewer":
+            space = model if isinstance(model, SpaceModel) and model.contact == CONTACTS[0] else None
+            if space and space.engine in BATCH_ENGINES and config["watch"] != "viewer":
                 effects = effects_of(config["effects"])
-                driven, far = model.engine_task(case, effects, float(config["travel"]))
-                asked = {
-                    "belt": model.belt,
-                    "options": model.options_for(driven),
-                    "parts": model.parts(driven, effects),
+                driven, far = space.engine_task(case, effects, float(config["travel"]))
+                asked: dict[str, Any] = {
+                    "belt": space.belt,
+                    "options": space.options_for(driven),
+                    "parts": space.parts(driven, effects),
                 }
-                made = batch_engine(model.engine).prepare_case(driven, travel=far, **asked)
+                made = batch_engine(space.engine).prepare_case(driven, travel=far, **asked)
         if made is None:
             without.append(number)
         else:
