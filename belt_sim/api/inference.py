@@ -21,7 +21,6 @@ from belt_sim.api.simulate import (
 )
 from belt_sim.campaign import Campaign, suspicions
 from belt_sim.campaign.kinematics import check_repeats
-from belt_sim.campaign.types import sensor_place
 from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.decide import POLICY, probability_of_unknown
 from belt_sim.diagnosis.describe import describe, drawings_of, final_model, rivals
@@ -34,6 +33,7 @@ from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.diagnosis.plausibility import CORRELATED, inseparable_numbers, prior_sigma
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.discovery.law_search import LawSearch, unknown_evidence
+from belt_sim.discovery.responses import curve_row
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.discovery.selection import SearchOutcome, search_law
 from belt_sim.discovery.words import describe_discovery
@@ -132,7 +132,7 @@ def diagnose(
 
 def beside_points(campaign: Campaign) -> list[str]:
     """Names of the signals that stand at none of points 1-4 and mid-span, which the search for laws does not know."""
-    return [s.name for s in campaign.signals if sensor_place(s.at)]
+    return [s.name for s in campaign.signals if curve_row(s.at, 1.0) is None]
 
 
 def _need_a_point(campaign: Campaign) -> None:

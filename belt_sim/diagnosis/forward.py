@@ -176,7 +176,8 @@ def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarra
 
 @partial(jit_float64, brief=True, static_argnames=("cls", "others"))
 def _columns_of_runs(settings, travel, rig, belt, effects, nuisances, *, cls: type[Effect], others) -> jax.Array:
-    """Columns (R, k, 4 + j, n) at encoder travels (R, n), at points 1-4 and j others, as the sensors show them."""
+    """Columns (R, k, p + j, n) at encoder travels (R, n), at the p places of PLACES and j others, as sensors show
+    them."""
 
     def one_run(settings, travel):
         case = actual_case(Case(rig=rig, belt=belt, settings=settings), nuisances)
@@ -191,7 +192,7 @@ def _columns_of_runs(settings, travel, rig, belt, effects, nuisances, *, cls: ty
                 indicate_place(place, row, case, effects, travel, seen, 0.0 * seen)[None]
                 for place, row in zip(others, y[4:], strict=True)
             ]
-            return jnp.concatenate([apply_hook(effects, "sensor", reading, case).y, *rows])
+            return jnp.concatenate([at_places(apply_hook(effects, "sensor", reading, case).y, none), *rows])
 
         return jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))  # in proportion to y: gains, not offsets
 
@@ -250,11 +251,17 @@ def compile_march(
     return StoredProgram(many, key, brief=seldom)
 
 
+def at_places(y, tilt):
+    """Readings (len(PLACES), n), in the order of PLACES, of y (4, n) at points 1-4 [m] and the rolls (2, n) [rad] of
+    the upper and the lower span."""
+    return jnp.concatenate([y, tilt])
+
+
 def _one_run(
     vector, shown, settings: Settings, travel, time, yaw_at, rig, belt, spacing, steps, acts, *,
     model, slots, room, history, only, others,
 ):  # fmt: skip
-    """Readings (6, n) of one run at every place, and (k, n) at the ``others``; (4, n) where ``only`` has no tilt."""
+    """Readings of one run ``at_places`` and (k, n) at the ``others``; (4, n), of points, where ``only`` has no tilt."""
     vector, numbers = vector * shown, dict[type[Effect], dict]()
     for k, slot in enumerate(slots):
         numbers.setdefault(slot.effect, {})[slot.name] = vector[k]
@@ -269,7 +276,7 @@ def _one_run(
     rows = [read.y[:, :-1] - read.y[:, -1:]]
     if "tilt" in only:
         assert read.tilt is not None
-        rows.append(read.tilt[:, :-1])
+        rows = [at_places(rows[0], read.tilt[:, :-1])]
     before = yaw_at - 2.0 * spacing  # of the yaw, with which these move at once
     stated, clock = stated.at[-1].set(before), clock.at[-1].set(before / case.settings.speed)
     for place in others:
@@ -430,7 +437,7 @@ class Forward:
         """
         kept = [k for k, group in enumerate(self._groups) if group in {"", HEAVY, *groups}]
         samples, others = self.samples, places_of(self.samples)
-        tilts = bool(others) or any(s.kind == "tilt" for s in samples.signals)
+        tilts = bool(others) or not all(s.at.startswith("point_") for s in samples.signals)
         slots = tuple(self.slots[k] for k in kept)
         program = compile_march(self.model, slots, *self.room, tilts, others)
         spacing, most = self._steps
@@ -518,7 +525,7 @@ class Forward:
             stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
             given = samples.cases.settings, stated, samples.cases.rig, samples.cases.belt, acting, nuisances
             shown = np.asarray(_columns_of_runs(*given, cls=cls, others=others)).swapaxes(0, 1)
-            places = [*(f"point_{k}" for k in (1, 2, 3, 4)), *others]
+            places = [*PLACES, *others]
             for s, signal in enumerate(samples.signals):
                 if signal.kind == "lateral":
                     rows = shown[:, :, places.index(sensor_place(signal.at) or signal.at)]

@@ -119,7 +119,7 @@ def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
 
 
 #: where the sensors of each place stand on the sketch
-SENSOR_SPOTS = dict(zip(PLACES, [(520, 36), (520, 144), (120, 144), (120, 36), (320, 36), (320, 124)], strict=True))
+SENSOR_SPOTS = dict(zip(PLACES, [(520, 36), (520, 144), (120, 144), (120, 36), (320, 36), (320, 124)], strict=False))
 SENSORS_ABOVE = tuple(float(SENSOR_SPOTS[f"point_{k}"][0]) for k in (4, 1))  # where their names stand above the span
 NUMBER_ROOM = 16.0  # of the sketch, between two numbers side by side
 #: where a number stands on a part of the sketch

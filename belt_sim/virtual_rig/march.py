@@ -18,6 +18,7 @@ from itertools import pairwise
 import numpy as np
 
 from belt_sim.campaign import SignalSheet
+from belt_sim.campaign.types import kind_at
 from belt_sim.case import GRAVITY, Belt, Rig
 from belt_sim.virtual_rig.fault import FAULT_HOOKS, Fault, has_hook
 from belt_sim.virtual_rig.line import Line, SpanResponse, UnitLoad
@@ -409,7 +410,7 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
     readings = []
     for place in plan.signals.values():
         value = perfect_reading(history, faults, place, travelled)
-        if place.startswith("point_"):
+        if kind_at(place) == "lateral":
             value = value - perfect_reading(history, faults, place, begun, _JUST_BEFORE)
         for fault in faults:
             value = fault.read(value, place, travelled, line)

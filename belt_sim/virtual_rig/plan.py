@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from belt_sim.campaign import BeltSheet, Machine, Quantity, SignalSheet
+from belt_sim.campaign.types import kind_at
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 #: The paper's test rig; E, rho and nu are not given there and assumed (physics sheet, section 1).
@@ -134,7 +135,7 @@ class Noise:
         errors["white"] = math.hypot(self.white, self.quantum / math.sqrt(12.0))
         return tuple(
             SignalSheet(name=name, at=place, kind="lateral", unit="mm", **errors)
-            if place.startswith("point_")
+            if kind_at(place) == "lateral"
             else SignalSheet(name=name, at=place, kind="tilt", unit="mrad", white=self.tilt_white)
             for name, place in plan.signals.items()
         )
