@@ -1,7 +1,7 @@
 """The contract of an effect: a frozen dataclass of SI parameters that changes one of the five laws; and the library.
 
-A new effect is one class: subclass ``Effect``, decorate with ``@effect``, give ``law`` and ``reference``,
-declare its numbers with ``parameter``, and override the hook of its law (``belt_sim.line.hooks``). Every hook returns
+A new effect is one class: subclass ``Effect``, decorate with ``@effect``, give ``law`` and ``reference``, declare its
+numbers with ``parameter``, and write the hook of its law (``HOOKS`` of ``belt_sim.line.hooks``). Every hook returns
 its first argument changed; with null parameters it must return it unchanged, bit for bit. The hook ``scene`` is the
 geometric half of an effect: it gives the parts of a 3D scene (``belt_sim.scene_parts``) with its own change; the 3D
 models refuse an effect that acts between drive and sensor without it.
