@@ -62,9 +62,13 @@ def map_in_threads(function: Callable[[Any], Any], items: Iterable[Any], workers
         return list(pool.map(function, items))
 
 
-def begin_in_thread(function: Callable[[], Any]) -> None:
-    """Begin ``function`` in a thread beside what comes next; the process ends after it."""
-    threading.Thread(target=function).start()
+def begin_in_thread(function: Callable[[], R]) -> Callable[[], R]:
+    """Begin ``function`` in a thread beside what comes next, and return what waits for it and gives what it gave; the
+    process ends after it."""
+    pool = ThreadPoolExecutor(1)
+    begun = pool.submit(function)
+    pool.shutdown(wait=False)
+    return begun.result
 
 
 def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:

@@ -257,8 +257,9 @@ def numbers_first(what: str) -> Iterator[None]:
         print(f"belt-sim: {what}: not drawn ({type(error).__name__}: {reason})", file=sys.stderr)
 
 
-def write_diagnosis(folder: Path, d: "Diagnosis", *, pictures: bool) -> None:
-    """diagnosis.json, drawings.json, effects.yaml; what was discovered; report.html and, with pictures, those in it."""
+def write_diagnosis(folder: Path, d: "Diagnosis", draw: Callable[[], dict[str, str]] | None = None) -> None:
+    """diagnosis.json, drawings.json, effects.yaml; what was discovered; report.html and the pictures that ``draw``
+    gives, as ``report_pictures``."""
     from belt_sim.results.files import file_json
 
     write_json(folder / "drawings.json", file_json(d.drawings))
@@ -272,7 +273,7 @@ def write_diagnosis(folder: Path, d: "Diagnosis", *, pictures: bool) -> None:
     if d.discovery is not None and d.discovery.found:
         write_discovery(folder, d.discovery)
     write_json(folder / "diagnosis.json", file_json(d))
-    write_page(folder, d, pictures=pictures)
+    write_page(folder, d, draw)
 
 
 def write_discovery(folder: Path, d: "Discovery") -> None:
@@ -284,13 +285,13 @@ def write_discovery(folder: Path, d: "Discovery") -> None:
     write_json(folder / "discovery.json", file_json(d))
 
 
-def write_page(folder: Path, d: "Diagnosis", *, pictures: bool) -> Path:
-    """report.html and, with pictures, those in it as SVG files; each is drawn once."""
+def write_page(folder: Path, d: "Diagnosis", draw: Callable[[], dict[str, str]] | None = None) -> Path:
+    """report.html, and its pictures as SVG files; each is drawn once."""
     from belt_sim.show.report import write_report
 
     drawn: dict[str, str] = {}
     with numbers_first("the pictures of the report"):
-        drawn = report_pictures(d) if pictures else {}
+        drawn = draw() if draw else {}
     for kind, svg in drawn.items():
         write_text(folder / f"{kind}.svg", svg)
     return write_report(folder / "report.html", d, drawn)

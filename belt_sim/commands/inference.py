@@ -1,13 +1,15 @@
 """belt-sim check, compare, diagnose and report: what a campaign tells of a model."""
 
+from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from belt_sim.api.plot import write_comparison, write_diagnosis, write_page
+from belt_sim.api.plot import report_pictures, write_comparison, write_diagnosis, write_page
 from belt_sim.api.simulate import effects_of, fitted_model, model_for_campaign
 from belt_sim.campaign import Campaign, case_of, read_campaign
 from belt_sim.commands.runs import RunDir
@@ -75,20 +77,27 @@ def diagnose_command(run_dir: RunDir) -> None:
     with run_dir.outputs() as draft:
         campaign = read_campaign(run_dir.campaign)
         begin_in_thread(lambda: [*map(import_module, ahead)])
+        drawn: list[Callable[[], dict[str, str]]] = []  # while the next run is chosen and the recording made
+
+        def draw(found: Diagnosis) -> None:
+            drawn.append(begin_in_thread(partial(report_pictures, found)))
+
         with progress(1.0, "diagnosis", timed=False) as done:
-            stages = in_stages(done)
-            found = inference.diagnose(campaign, model, **asked, progress=stages, tell=print, config=config)
+            asked |= {"progress": in_stages(done), "tell": print, "config": config}
+            asked |= {"shown": draw} if config["pictures"] else {}
+            found = inference.diagnose(campaign, model, **asked)
         tell_choice(config, found.base_model, _reason(run_dir.campaign))
         tell_diagnosis(found, run_dir.path, verbose=config["verbose"])
-        write_diagnosis(draft, found, pictures=config["pictures"])
-        if watch == "rrd":
-            write_recording(draft, campaign, found)
+        files = [partial(write_diagnosis, draft, found, *drawn)]
+        files += [partial(write_recording, draft, campaign, found)] * (watch == "rrd")
+        map_in_threads(lambda write: write(), files)
 
 
 def report_command(run_dir: RunDir) -> None:
     """Write report.html and pictures from diagnosis.json and drawings.json."""
     folder = Path(run_dir.text_setting("diagnosis", "the run folder of a diagnosis"))
-    print(write_page(folder, read_diagnosis(folder), pictures=True))
+    found = read_diagnosis(folder)
+    print(write_page(folder, found, partial(report_pictures, found)))
 
 
 def write_recording(folder: Path, campaign: Campaign, d: Diagnosis) -> None:

@@ -27,6 +27,7 @@ from belt_sim.diagnosis.samples import samples_of
 from belt_sim.diagnosis.workbench import Workbench, linear_response, start_shapes
 from belt_sim.effects.base import library
 from belt_sim.errors import Limit
+from belt_sim.jax_setup import map_in_threads
 from belt_sim.line.spans import Composition
 from belt_sim.model import BASE_MODELS, MODELS
 from belt_sim.results.check import Doubt, Pair, Visible
@@ -161,14 +162,14 @@ def sheet_evidence(
         return ()
     tell("checking the machine data")
     of_kind: dict[str, tuple[float, SheetMistake]] = {}
-    for mistake in sheet_mistakes(curved):
-        chi2, found = _screen(mistake, curved, stated)
+    # side by side: marches of a few rows leave a core idle
+    for chi2, found in map_in_threads(lambda m: _screen(m, curved, stated), sheet_mistakes(curved)):
         if chi2 < of_kind.get(found.kind, (np.inf, found))[0]:
             of_kind[found.kind] = chi2, found
-    screened = sorted((_refine(chi2, m, stated) for chi2, m in of_kind.values()), key=lambda f: f[0])
+    screened = sorted(map_in_threads(lambda one: _refine(*one, stated), of_kind.values()), key=lambda f: f[0])
+    finalists = [m for _, m in screened[:FINALISTS]]
     exact = []
-    for _, m in screened[:FINALISTS]:
-        undone = _Layout(m.campaign, model)
+    for m, undone in zip(finalists, map_in_threads(lambda m: _Layout(m.campaign, model), finalists), strict=True):
         # by one noise: what only reads another noise off the repeats gains nothing
         gain = float(np.sum(undone.chi2_of(undone.rest_of(curved)))) - undone.total(m)
         # two repeats that differ by a mistake are noise until it is undone

@@ -229,9 +229,10 @@ def test_a_diagnosis_shows_itself():
 
 
 def test_a_diagnosis_of_a_run_folder_is_loaded(tmp_path):
-    from belt_sim.api.plot import write_diagnosis
+    from belt_sim.api.plot import report_pictures, write_diagnosis
 
-    write_diagnosis(tmp_path, drawn("sag_roll"), pictures=True)
+    found = drawn("sag_roll")
+    write_diagnosis(tmp_path, found, lambda: report_pictures(found))
     back = bs.load_diagnosis(tmp_path)
     assert str(back) == str(drawn("sag_roll"))
     assert bs.report(tmp_path, tmp_path / "again.html").is_file()

@@ -185,7 +185,7 @@ def test_of_what_all_tied_explanations_have_the_sizes_are_told_over_all_of_them(
     assert "±" not in "".join(card["sizes"])
     assert "size not reliable" in str(tie.effects[0])
     sized = (replace(cone, numbers={"kappa_t": -1e-5}), replace(found[1], numbers={"moment": 1.0}))
-    write_diagnosis(tmp_path, replace(tie, effects=sized), pictures=False)
+    write_diagnosis(tmp_path, replace(tie, effects=sized))
     said = "taper + side_drag; the others, with other sizes: taper + yaw_offset_tail"
     assert said in (tmp_path / "effects.yaml").read_text(encoding="utf-8").splitlines()[0]
     alike = plant_card(replace(cone, by_explanation=(first, first)))  # the explanations agree: as if there was one
