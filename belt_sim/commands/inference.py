@@ -60,7 +60,8 @@ def compare_command(run_dir: RunDir) -> None:
     tell(found.tables(), [*found.lines(), run_dir.path])
 
 
-#: what a diagnosis draws and records with: it takes a second to load, beside the marches
+#: what a diagnosis fits, draws and records with: it takes a second to load, beside the marches
+FITS = ("scipy.optimize", "scipy.interpolate")
 DRAWS = ("matplotlib.backends.backend_agg", "matplotlib.backends.backend_svg", "matplotlib.figure", "matplotlib.style")
 RECORDS = ("belt_sim.show.rerun", "pandas")
 
@@ -73,7 +74,7 @@ def diagnose_command(run_dir: RunDir) -> None:
     watch, model = resolve_watch(config["watch"], "auto", "rrd"), config["model"]
     asked = {k: config[k] for k in ("effects", "bootstraps", "seed", "leave_out", "checked")}
     whole("bootstraps", config["bootstraps"], inference.MIN_BOOTSTRAPS)
-    ahead = [*DRAWS] * config["pictures"] + [*RECORDS] * (watch == "rrd")
+    ahead = [*FITS] + [*DRAWS] * config["pictures"] + [*RECORDS] * (watch == "rrd")
     with run_dir.outputs() as draft:
         campaign = read_campaign(run_dir.campaign)
         begin_in_thread(lambda: [*map(import_module, ahead)])

@@ -11,7 +11,6 @@ from itertools import groupby
 from typing import Any, TypeVar
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from belt_sim.discovery.responses import HIDDEN, States, single_precision
 from belt_sim.discovery.search_data import SearchData, course_travel, variable
@@ -349,6 +348,8 @@ def two_term_laws(data: SearchData, first: ScoredLaw) -> list[ScoredLaw]:
 
 def refine_numbers(data: SearchData, law: Law) -> Law:
     """The law with its shape numbers at their best, one after the other, each between its neighbours on the grid."""
+    from scipy.optimize import minimize_scalar  # a diagnosis loads it beside its first marches
+
     gain = data.projector.fit_sizes(data.columns(law))[0]
     for k, term in enumerate(law.terms):
         others, form = [data.columns(Law((t,))) for t in law.terms], term.form

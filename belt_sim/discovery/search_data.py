@@ -37,6 +37,7 @@ from belt_sim.effects.law import (
     Law,
     Place,
 )
+from belt_sim.jax_setup import begin_in_thread
 
 # The dictionary of forms that a search tries at a place, and their values along the runs.
 
@@ -494,9 +495,10 @@ def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = (), spectr
     gram = np.einsum("crm,drm->cd", shared, shared) + np.diag(np.where(chosen, CHOSEN, 1.0))
     residual = metric.whiten(bench.fitted.y - fit.values).reshape(runs, -1)
     projector = ResidualProjector(metric, residual, shared, gram, np.linalg.pinv(gram, hermitian=True))
+    changes = begin_in_thread(lambda: span_changes(bench, fit, among))  # loads its program beside the other's
     responses = impulse_responses(bench, fit, among)
     design = design_matrices(bench, projector, responses, bench.forward.effects_at(fit.vector, fit.ids))
-    states = states_of(bench, responses, span_changes(bench, fit, among))
+    states = states_of(bench, responses, changes())
     shown = {channel for channel, rows in design.items() if np.any(rows)} | {*ROLLS}
     places = [p for p in campaign_places(bench.samples) if shown.issuperset(channel for channel, _ in p.parts)]
     bent = [p for p in places if not p.relative or any(np.any(states.channel_gain(p, *part)) for part in p.parts)]
