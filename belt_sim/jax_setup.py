@@ -23,6 +23,7 @@ import platform
 import subprocess
 import sys
 import threading
+import warnings
 from ast import literal_eval
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -197,6 +198,8 @@ def keep_programs(replace: bool = False) -> None:
         return
     jax.config.update("jax_enable_compilation_cache", folder != "off")
     jax.config.update("jax_compilation_cache_dir", None if folder == "off" else folder)
+    # a folder that can only be read keeps nothing: no word of it for every program
+    warnings.filterwarnings("ignore", "Error (reading|writing) persistent compilation cache entry")
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
 
@@ -267,6 +270,24 @@ def _load(file: Path) -> Callable[..., Any]:
         raise ValueError(file) from error
 
 
+def _write(file: Path, program: Any) -> None:
+    """Keep a compiled program in a file that ``_load`` reads; raises what JAX and the disk do."""
+    content, inputs, outputs = serialize_executable.serialize(program)
+    nested = jax.tree.unflatten(outputs, [0] * outputs.num_leaves)
+    head = f"{(inputs.num_leaves, nested, 'lapack' in (program.as_text() or ''))}\n".encode()
+    digest = hashlib.sha256(head + content).digest()
+    write_with(file, lambda path: path.write_bytes(digest + head + content))
+
+
+def _leave_out_places(module: Any) -> None:
+    """Take out of a traced program where its operations stand in the code: a third of it, and a tenth of loading it.
+    JAX does not document what does so; they stay where that fails."""
+    with suppress(Exception), module.context:
+        from jaxlib.mlir.passmanager import PassManager
+
+        PassManager.parse("builtin.module(strip-debuginfo)").run(module.operation)
+
+
 @functools.cache
 def _can_store() -> bool:
     """Whether this JAX writes a program and reads it again; asked before the first program is compiled for the disk."""
@@ -311,28 +332,20 @@ class StoredProgram:
         def stored_program(*leaves: Any) -> Any:
             return self.function(*jax.tree.unflatten(structure, leaves))
 
-        def as_usual() -> Callable[..., Any]:
-            return jax.jit(stored_program, compiler_options=known_options(self.effort))
-
+        compiled = functools.partial(jax.jit, stored_program)
         folder = jax.config.jax_compilation_cache_dir  # type: ignore[attr-defined]
         if self.key is None or not folder or jax.default_backend() != "cpu":
-            return as_usual()
+            return compiled(compiler_options=known_options(self.effort))
         asked = Path(folder) / STORED / _digest(CODE, self.key, structure, types, self.effort, *_machine())
         with suppress(*UNREADABLE):
             return _load(asked.with_name(asked.read_text()))
         if not _can_store():
-            return as_usual()
+            return compiled(compiler_options=known_options(self.effort))
 
         # a name of its own: a program that JAX finds in its own cache cannot be written again
         name = stored_program.__name__ = stored_program.__qualname__ = f"program_{uuid4().hex}"
-        traced = jax.jit(stored_program, keep_unused=True, compiler_options=known_options(self.effort)).lower(*leaves)
-        module: Any = traced.compiler_ir()
-        # where operations stand in the code is a third of a program, and a tenth of loading it; JAX does not document
-        # what leaves it out, so that it stays where that fails
-        with suppress(Exception), module.context:
-            from jaxlib.mlir.passmanager import PassManager
-
-            PassManager.parse("builtin.module(strip-debuginfo)").run(module.operation)
+        traced = compiled(keep_unused=True, compiler_options=known_options(self.effort)).lower(*leaves)
+        _leave_out_places(traced.compiler_ir())
         text = traced.as_text().replace(name, "")
         file = asked.with_name(f"{_digest(text, traced.in_tree, traced.out_tree, self.effort, *_machine())}.program")
         try:
@@ -341,15 +354,8 @@ class StoredProgram:
             program = traced.compile()
             for left in Path(folder).glob(f"*{name}*"):  # in JAX's own cache, where nothing finds it again
                 left.unlink(missing_ok=True)
-            try:
-                content, inputs, outputs = serialize_executable.serialize(program)
-            except Exception:  # JAX cannot write every program
-                return program
-            nested = jax.tree.unflatten(outputs, [0] * outputs.num_leaves)
-            head = f"{(inputs.num_leaves, nested, 'lapack' in (program.as_text() or ''))}\n".encode()
-            with suppress(OSError, BeltError):  # a full or read-only disk keeps none
-                digest = hashlib.sha256(head + content).digest()
-                write_with(file, lambda path: path.write_bytes(digest + head + content))
+            with suppress(Exception):  # JAX cannot write every program, and a full or read-only disk keeps none
+                _write(file, program)
         with suppress(OSError, BeltError):
             write_text(asked, file.name)
         return program
