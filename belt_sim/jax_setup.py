@@ -37,7 +37,7 @@ import jax
 import jax.numpy as jnp
 import jaxlib
 
-from belt_sim.errors import BeltError, InputError
+from belt_sim.errors import InputError
 from belt_sim.io import code_hash, write_text, write_with
 
 try:
@@ -348,14 +348,14 @@ class StoredProgram:
         _leave_out_places(traced.compiler_ir())
         text = traced.as_text().replace(name, "")
         file = asked.with_name(f"{_digest(text, traced.in_tree, traced.out_tree, self.effort, *_machine())}.program")
-        try:
-            program = _load(file)  # other code may have given the same one
-        except UNREADABLE:
-            program = traced.compile()
-            for left in Path(folder).glob(f"*{name}*"):  # in JAX's own cache, where nothing finds it again
-                left.unlink(missing_ok=True)
-            with suppress(Exception):  # JAX cannot write every program, and a full or read-only disk keeps none
+        found = None
+        with suppress(*UNREADABLE):
+            found = _load(file)  # other code may have given the same one
+        program = found or traced.compile()
+        for left in Path(folder).glob(f"*{name}*"):  # in JAX's own cache, where nothing finds it again
+            left.unlink(missing_ok=True)
+        with suppress(Exception):  # JAX cannot write every program, and a full or read-only disk keeps none
+            if found is None:
                 _write(file, program)
-        with suppress(OSError, BeltError):
             write_text(asked, file.name)
         return program
