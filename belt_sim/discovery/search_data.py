@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.campaign import Run
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.diagnosis.workbench import Workbench
@@ -253,20 +252,6 @@ class LatentInput:
         return self.weights.T @ np.stack([np.interp(grid, self.knots, row) for row in self.mean])
 
 
-def pooling_weights(runs: Sequence[Run]) -> dict[str, np.ndarray]:
-    """How runs may share an input: name -> weights (G, R).
-
-    Odd ones go with the commanded yaw over the largest: the tail pulley's, or the head's if only that was turned.
-    """
-    keys = [(r.tension, r.direction) for r in runs]
-    groups = np.array([[k == key for k in keys] for key in sorted(set(keys))], dtype=float)
-    yaw = np.array([r.yaw for r in runs])
-    yaw = yaw if np.any(yaw) else np.array([r.yaw_head for r in runs])
-    odd = groups * (yaw / max(float(np.abs(yaw).max()), 1e-12))
-    pools = {"odd": odd, "even": groups, "each run": np.eye(len(runs))}
-    return {n: w[np.any(w != 0.0, axis=1)] for n, w in pools.items() if np.any(w)}
-
-
 @dataclass(frozen=True)
 class Spectrum:
     """How the readings bind an input whose prior has one length, by groups of runs: root (K, K) of the prior, unit:
@@ -434,8 +419,18 @@ class SearchData:
             if place not in self.spectra or self.spectra[place][0] != same:
                 self.spectra[place] = same, {}
             spectra = self.spectra[place][1]
+        # how runs may share an input: weights (G, R); odd ones go with the commanded yaw over the largest, of the tail
+        # pulley or, if only that was turned, of the head pulley
+        runs = self.bench.samples.runs
+        keys = [(r.tension, r.direction) for r in runs]
+        groups = np.array([[k == key for k in keys] for key in sorted(set(keys))], dtype=float)
+        yaw = np.array([r.yaw for r in runs])
+        yaw = yaw if np.any(yaw) else np.array([r.yaw_head for r in runs])
+        odd = groups * (yaw / max(float(np.abs(yaw).max()), 1e-12))
+        pools = {"odd": odd, "even": groups, "each run": np.eye(len(runs))}
+
         found, bases = [], {share: basis.with_fewer_knots(apart) for share, apart in INPUT_LENGTHS.items()}
-        for pool, weights in pooling_weights(self.bench.samples.runs).items():
+        for pool, weights in ((n, w[np.any(w != 0.0, axis=1)]) for n, w in pools.items() if np.any(w)):
             of_lengths = []
             for share, fewer in bases.items():  # of the likeliest height, the length being a share of the record
                 length = share * fewer.knots[-1]
