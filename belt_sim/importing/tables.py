@@ -84,16 +84,6 @@ def decimal_marks(cells: Iterable[str]) -> set[str]:
     return found
 
 
-def numbers_of(texts: pd.Series, decimal: str) -> np.ndarray:
-    """Cells as numbers (n,) with this decimal mark; nan where a cell is none."""
-    texts = texts.map(_bare, na_action="ignore")
-    fits = texts.map(lambda c: isinstance(c, str) and is_number(c, decimal)).astype(bool)
-    exponent = texts.str.contains("e", case=False, regex=False).fillna(False).astype(bool)
-    plain = texts.str.replace(OTHER[decimal], "", regex=False).str.replace(decimal, ".", regex=False)
-    plain = plain.where(~exponent, texts.str.replace(",", ".", regex=False)).where(fits)
-    return pd.to_numeric(plain, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
-
-
 # ---- dates and times of day
 
 _MONTHS = ("jan", "feb", "m[aä]r", "apr", "ma[yi]", "jun", "jul", "aug", "sep", "o[ck]t", "nov", "de[cz]")
@@ -216,11 +206,17 @@ def column_of(cells: pd.Series, unit: str, decimal: str, is_open: bool, lines: n
         readings = {k: v[len(v) - len(texts) :] for k, v in readings.items()}
     else:
         marks = (decimal, OTHER[decimal]) if is_open else (decimal,)
-        readings = {d: numbers_of(texts.where(filled).astype(object), d) for d in marks}
-        whole = {d: v for d, v in readings.items() if not (filled & np.isnan(v)).any()}
-        if len(whole) == 2:
-            key = "decimal"
-        readings = whole or {decimal: readings[decimal]}
+        bare = texts.where(filled).astype(object).map(_bare, na_action="ignore")
+        exponent = bare.str.contains("e", case=False, regex=False).fillna(False).astype(bool)
+        readings = {}
+        for mark in marks:
+            fits = [isinstance(c, str) and is_number(c, mark) for c in bare]
+            whole = bare.str.replace(OTHER[mark], "", regex=False).str.replace(mark, ".", regex=False)
+            whole = whole.where(~exponent, bare.str.replace(",", ".", regex=False)).where(fits)
+            readings[mark] = pd.to_numeric(whole, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+        complete = {d: v for d, v in readings.items() if not (filled & np.isnan(v)).any()}
+        key = "decimal" if len(complete) == 2 else ""
+        readings = complete or {decimal: readings[decimal]}
     wrong = filled & np.isnan(next(iter(readings.values())))
     if wrong.any():
         remedy = "is no number; mend this cell or leave it blank"
