@@ -278,7 +278,7 @@ class SpaceRun:
                 if k % run.TOLD_EVERY == 0:
                     for advance in advancing:
                         advance(k / len(rows))
-                if k >= resting and recorder.is_due(row[0], row[4]):
+                if k >= resting and row[0] >= recorder.next_reading and (row[4] != 0.0 or not recorder.table):
                     recorder.add(*instant(k + 1 - resting))
             if recorder.table:
                 recorder.show(*instant(len(rows) - resting), last=True)

@@ -386,7 +386,7 @@ class ContactRun:
                 interface.make_step(self.model, data)
                 self.speed = data.qvel[self._rates[HEAD_SPIN]] * self.rim
                 self.travel = data.qpos[self._places[HEAD_SPIN]] * self.rim - self.scene.early
-                if recorder.is_due(self.travel, self.speed):
+                if self.travel >= recorder.next_reading and (self.speed != 0.0 or not recorder.table):
                     read, *at = self._read(steps, yaw)
                     if not recorder.table:
                         recorder.add(np.where(np.arange(len(read)) == TRAVEL_ROW, 0.0, read), *at)

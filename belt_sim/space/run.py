@@ -70,11 +70,6 @@ class YawPlan:
                 found[..., which] += change * part
         return found
 
-    def angles_during_step(self, travel: float, done: float, share: np.ndarray) -> np.ndarray:
-        """Yaw [rad] of both when ``share`` (0..1), (k,), of the step at ``travel`` [m] has been made, (k, 2)."""
-        before = self.angles(travel, done)
-        return before + share[:, None] * (self.angles(travel, travel) - before)
-
 
 def plan_in_time(scene: SceneLayout, end: float) -> tuple[Command, int]:
     """The commands of all steps of a run over ``end`` [m] of travel, and how many of them come before the run-in.
@@ -107,7 +102,9 @@ def plan_in_time(scene: SceneLayout, end: float) -> tuple[Command, int]:
         part = smoothstep(passed / options.yaw_time)
         share = np.ones_like(part) if done >= 0.0 else part if stop >= 0.0 else np.zeros_like(part)
         there = np.full(len(part), stop)
-        add(there, plan.angles_during_step(stop, done, part), share, 0.0, 0.0, drag, parts.friction)
+        before = plan.angles(stop, done)  # of the step at this travel
+        turned = before + part[:, None] * (plan.angles(stop, stop) - before)
+        add(there, turned, share, 0.0, 0.0, drag, parts.friction)
         done = stop
     return Command(*(np.concatenate(column) for column in zip(*rows, strict=True))), resting
 
@@ -161,7 +158,9 @@ def plan_in_travel(settings: Settings, options: Options, travel: float, changes:
         if 0.0 < stop < math.inf or (stop == 0.0 and (changes or 0.0 in yaw.stops(travel))):
             part = smoothstep((np.arange((_TURNING + 2) * steps) + 1.0) / (_TURNING * steps))
             share = np.ones_like(part) if done >= 0.0 else part
-            add(np.full(len(part), stop), yaw.angles_during_step(stop, done, part), share, False)
+            before = yaw.angles(stop, done)  # of the step at this travel
+            turned = before + part[:, None] * (yaw.angles(stop, stop) - before)
+            add(np.full(len(part), stop), turned, share, False)
             done = stop
         here = stop
     columns = (np.concatenate(column) for column in zip(*pieces, strict=True))
@@ -290,7 +289,8 @@ class Recorder:
     """The readings of a run in time, of which its curves are made, and the frames that its observers get.
 
     A reading (20 or more,) has travel [m] and speed [m/s] of the belt in its last places; extra: further columns of the
-    curves, by the place in a reading where each stands.
+    curves, by the place in a reading where each stands; next_reading [m]: travel from which the next one is wanted; a
+    belt that stands for a yaw step has none.
     """
 
     scene: SceneLayout
@@ -300,10 +300,6 @@ class Recorder:
     next_reading: float = 0.0
     next_frame: float = 0.0
     last_frame: float = -math.inf
-
-    def is_due(self, travel: float, speed: float) -> bool:
-        """Whether a reading after the step to ``travel`` [m] is wanted; a belt that stands for a yaw step has none."""
-        return travel >= self.next_reading and (not self.table or speed != 0.0)
 
     def add(self, read: np.ndarray, *at: Any) -> None:
         """One more reading, the first at travel 0, from where y counts; raises SimulationError for a lost belt."""
