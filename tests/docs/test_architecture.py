@@ -66,7 +66,8 @@ SENSORS = {
     ),
     "belt_sim/virtual_rig/march.py": (
         'looked, or the tilt of a span [rad]."""\n',
-        "    if parts := {'both_spans': [*TILTS], 'both_pulleys': ['point_1', 'point_4']}.get(place):\n"
+        "    both = {'both_spans': ['upper_mid_span', 'lower_mid_span'], 'both_pulleys': ['point_1', 'point_4']}\n"
+        "    if parts := both.get(place):\n"
         "        return 0.5 * sum(perfect_reading(history, faults, part, s, before) for part in parts)\n",
     ),
 }
