@@ -166,7 +166,7 @@ def sheet_evidence(
     for chi2, found in map_in_threads(lambda m: _screen(m, curved, stated), sheet_mistakes(curved)):
         if chi2 < of_kind.get(found.kind, (np.inf, found))[0]:
             of_kind[found.kind] = chi2, found
-    screened = sorted(map_in_threads(lambda one: _refine(*one, stated), of_kind.values()), key=lambda f: f[0])
+    screened = sorted(map_in_threads(lambda one: _refine(one[0], one[1], stated), of_kind.values()), key=lambda f: f[0])
     finalists = [m for _, m in screened[:FINALISTS]]
     exact = []
     for m, undone in zip(finalists, map_in_threads(lambda m: _Layout(m.campaign, model), finalists), strict=True):

@@ -210,7 +210,7 @@ def column_of(cells: pd.Series, unit: str, decimal: str, is_open: bool, lines: n
         exponent = bare.str.contains("e", case=False, regex=False).fillna(False).astype(bool)
         readings = {}
         for mark in marks:
-            fits = [isinstance(c, str) and is_number(c, mark) for c in bare]
+            fits = np.array([isinstance(c, str) and is_number(c, mark) for c in bare], dtype=bool)
             whole = bare.str.replace(OTHER[mark], "", regex=False).str.replace(mark, ".", regex=False)
             whole = whole.where(~exponent, bare.str.replace(",", ".", regex=False)).where(fits)
             readings[mark] = pd.to_numeric(whole, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
