@@ -304,20 +304,18 @@ class Refit:
         unit = 1.0 / np.where(seen, sizes, 1.0)  # with columns as they are, a long one hides that short ones are there
         normal, along = fit.gram * np.outer(unit, unit), unit * (fit.columns @ fit.residual)
         space = [side / unit for side in step_bounds(fit, self.sides)]
-
-        def solve_damped(damping: float) -> np.ndarray:
+        low, high, middle, damping = np.log(LEAST_DAMPING), -np.log(LEAST_DAMPING), 0.0, LEAST_DAMPING
+        while True:  # bisection of the logarithm of the damping
             damped = normal + (damping + 1e-12) * np.eye(len(unit))
-            return np.where(seen, unit * bounded_step(damped, along, *space), 0.0)
-
-        step, low, high = solve_damped(LEAST_DAMPING), np.log(LEAST_DAMPING), -np.log(LEAST_DAMPING)
-        length = np.linalg.norm(step * sizes)
-        while length > NEAR_LONGEST * radius or (length < radius / NEAR_LONGEST and high < -np.log(LEAST_DAMPING)):
-            middle = 0.5 * (low + high)
-            step = solve_damped(np.exp(middle))
+            step = np.where(seen, unit * bounded_step(damped, along, *space), 0.0)
             length = np.linalg.norm(step * sizes)
-            low, high = (middle, high) if length > radius else (low, middle)
-            if high - low < 0.05:
+            if damping != LEAST_DAMPING:
+                low, high = (middle, high) if length > radius else (low, middle)
+            too_short = length < radius / NEAR_LONGEST and high < -np.log(LEAST_DAMPING)
+            if high - low < 0.05 or not (length > NEAR_LONGEST * radius or too_short):
                 break
+            middle = 0.5 * (low + high)
+            damping = np.exp(middle)
         vector = fit.vector.copy()
         vector[fit.free] += step
         known[radius] = vector

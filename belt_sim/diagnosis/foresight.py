@@ -241,7 +241,9 @@ def free_starts(
     if any(stated.total() - chi2 > BELIEVED * (removed if sure else excess) for chi2 in of_sheet):
         return campaign, ()  # a yaw that came later than stated is told as that
     if sure and evidence_of_laws is not None:
-        laws = evidence_of_laws(stated.bench, fit := stated.fitted()).laws
+        bench = stated.bench
+        (fit,) = bench.fit([bench.start([c.id for c in bench.forward.classes], bench.forward.null())])
+        laws = evidence_of_laws(bench, fit).laws
         sure = left + cost < min((fit.chi2 - law.gain + law.cost for law in laws), default=np.inf)
     sentence = f"the belt of {shortlist(open_runs)} "
     sentence += (
@@ -292,11 +294,6 @@ class _Layout:
         own = np.array([not mistake.runs or r.name in mistake.runs for r in self.bench.samples.runs])
         rest = self.rest_of(mistake.campaign, own) if rest is None else np.where(own[:, None, None], rest, self.rest)
         return float(np.sum(self.chi2_of(rest))) - 2.0 * mistake.log_jacobian * self.count
-
-    def fitted(self) -> Fit:
-        """The joint fit of the usual faults."""
-        bench = self.bench
-        return bench.fit([bench.start(tuple(c.id for c in bench.forward.classes), bench.forward.null())])[0]
 
     def total_with_free_starts(self, runs: Collection[str]) -> tuple[float, float]:
         """chi2 of all runs with the state free in which the belt of some ``runs`` begins, and what these numbers must
@@ -355,10 +352,8 @@ def _curves_of(campaign: Campaign) -> Campaign:
     ]
 
 
-@lru_cache(1)
-def _layout(campaign: Campaign, model: Composition) -> _Layout:
-    """The layout of a campaign, which several questions share."""
-    return _Layout(campaign, model)
+#: the layout of a campaign, which several questions share
+_layout = lru_cache(1)(_Layout)
 
 
 def forget_layout() -> None:

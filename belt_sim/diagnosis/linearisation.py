@@ -9,7 +9,7 @@ import numpy as np
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fit import Fit, basis, bounded_step, inverse_roots
 from belt_sim.diagnosis.forward import DIFFERENCE, FURTHER
-from belt_sim.diagnosis.noise import MATERN_ROOT, Levels
+from belt_sim.diagnosis.noise import MATERN_ROOT, Levels, metric_of
 from belt_sim.diagnosis.plausibility import is_possible
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.line.hooks import overrides
@@ -122,21 +122,6 @@ class Linearisation:
             residual=fit.residual,
             values=fit.values,
         )
-
-    def refit_starts(self, bench: Workbench, name: str, known: Fit | None = None) -> list[Fit]:
-        """Where a search for the fit with one more effect may begin: from null, so that no super-model ends above its
-        sub-model; from points of its grid, where what only shapes it moves nothing yet; from sizes that show.
-
-        known: a fit with that effect; of the same set it says where to begin.
-        """
-        null, starts = self.with_effect(bench, name), self.starts.get(name, [])
-        if known is None or not starts:
-            return [null, *(start.begin(bench, null) for start in starts)]
-        same, vector = set(known.ids) == set(null.ids), null.vector.copy()
-        taken = null.free if same else bench.forward.index(name)
-        vector[taken] = known.vector[taken]
-        there = replace(null, vector=vector, chi2=np.inf, exact=False)
-        return [null, there, *(start.begin(bench, null) for start in starts if not same)]
 
 
 def linearise_effects(
@@ -265,16 +250,17 @@ def _compute_shapes(bench: Workbench, fit: Fit, keys: Sequence[Key]) -> dict[Key
             row[k] = value
     positions, rows = np.array([p for p, _ in moving], dtype=int), np.arange(len(moving))
 
-    def per_unit(chosen: np.ndarray, size: float) -> np.ndarray:
-        """Change of the predictions per unit of each parameter: while all are null, what shapes them moves nothing."""
-        moved = vectors[chosen]
-        moved[np.arange(len(chosen)), positions[chosen]] += size
-        return (bench.forward.values(moved) - fit.values) / size
-
-    shapes = per_unit(rows, DIFFERENCE)
-    faint = rows[np.linalg.norm(bench.metric.whiten(shapes), axis=1) < STRONG]
-    for size in reversed(SECANTS):  # what does not show at the largest is not asked for more
-        secants = size * per_unit(faint, size)
+    # change of the predictions per unit of each parameter: while all are null, what shapes them moves nothing
+    shapes, faint = np.empty((0, *fit.values.shape)), rows
+    for size in (DIFFERENCE, *reversed(SECANTS)):  # what does not show at the largest is not asked for more
+        moved = vectors[faint]
+        moved[np.arange(len(faint)), positions[faint]] += size
+        per_unit = (bench.forward.values(moved) - fit.values) / size
+        if size == DIFFERENCE:
+            shapes = per_unit
+            faint = rows[np.linalg.norm(bench.metric.whiten(shapes), axis=1) < STRONG]
+            continue
+        secants = size * per_unit
         finite = np.isfinite(secants).all(axis=(1, 2, 3))
         shows = np.linalg.norm(bench.metric.whiten(secants), axis=1) > STRONG
         shapes[faint[shows & finite]] = secants[shows & finite]
@@ -383,22 +369,6 @@ class PeriodicWaves:
         numbers = np.linalg.solve(gram, moments)
         return numbers, float(moments @ numbers)
 
-    def sigmas(self, starts: np.ndarray, first: int) -> np.ndarray:
-        """One sigma of every start (R,), the common numbers being as uncertain; 0 of the run whose start is 0."""
-        numbers, others = self.fit_common(starts, range(len(starts)))[0], [r for r in range(len(starts)) if r != first]
-        gram, cross, own = np.eye(len(numbers)), [], []
-        for r in range(len(starts)):
-            here, beyond = self.rotations(r, starts[r] + np.array([0.0, MOVED]))
-            shape = (beyond - here) @ numbers / MOVED
-            gram += here.T @ self.gram[r] @ here
-            cross.append(here.T @ self.gram[r] @ shape)
-            own.append(shape @ self.gram[r] @ shape)
-        between = np.array(cross)[others]
-        normal = np.diag(np.array(own)[others]) - between @ np.linalg.solve(gram, between.T)
-        found = np.zeros(len(starts))
-        found[others] = np.sqrt(np.diagonal(np.linalg.pinv(normal, hermitian=True)))
-        return found
-
     def align(self, places: np.ndarray) -> tuple[np.ndarray, float]:
         """Starts and their sigmas (R, 2) that have most in common, those of one run 0, and what they gain [chi2].
 
@@ -419,8 +389,21 @@ class PeriodicWaves:
                     bend = min(before - 2.0 * here + after, -1e-9)
                     starts[r] = places[k] + 0.5 * (before - after) / bend * (places[1] - places[0])
                 numbers, gain = self.fit_common(starts, runs)
-            if gain > most:
-                best, most = (starts, self.sigmas(starts, first)), gain
+            if not gain > most:
+                continue
+            # one sigma of every start, the common numbers being as uncertain
+            others, gram, cross, squares = [r for r in runs if r != first], np.eye(len(numbers)), [], []
+            for r in runs:
+                here, beyond = self.rotations(r, starts[r] + np.array([0.0, MOVED]))
+                shape = (beyond - here) @ numbers / MOVED
+                gram += here.T @ self.gram[r] @ here
+                cross.append(here.T @ self.gram[r] @ shape)
+                squares.append(shape @ self.gram[r] @ shape)
+            between = np.array(cross)[others]
+            normal = np.diag(np.array(squares)[others]) - between @ np.linalg.solve(gram, between.T)
+            sigma = np.zeros(len(runs))
+            sigma[others] = np.sqrt(np.diagonal(np.linalg.pinv(normal, hermitian=True)))
+            best, most = (starts, sigma), gain
         return np.stack(best, axis=1), most
 
 
@@ -435,7 +418,8 @@ def find_starts(bench: Workbench, linearisation: Linearisation) -> Campaign | No
     round_ones = any(c.comes_round for c in bench.forward.classes)
     if not round_ones or len(runs) < 2 or any(run.start is not None for run in runs):
         return None
-    metric, (waves, rates) = bench.metric_at(Levels()), _waves_of(bench, linearisation)
+    metric = metric_of(bench.fitted, Levels(), bench.shapes, bench.shared)
+    waves, rates = _waves_of(bench, linearisation)
     rows = np.concatenate([waves, (samples.y - linearisation.fit.values)[None]])
     others = [linearisation.slopes[p] for p, s in enumerate(bench.forward.slots) if not s.effect.comes_round]
     known = np.concatenate([bench.shapes, bench.shared, np.reshape(others, (-1, *samples.y.shape))])
@@ -541,8 +525,23 @@ def draw_noise(bench: Workbench, errors: np.ndarray, count: int, rng: np.random.
         rough = rough_wander(steps[..., ~smooth], of, size[~smooth].T, rng)
         found[~smooth] += rough.transpose(3, 1, 2, 0)
     if smooth.any():
-        sloped = smooth_wander(steps[..., smooth][:, of].transpose(3, 1, 2, 0), rng)
-        found[smooth] += size[smooth][:, None, :, None] * sloped
+        # of unit size, by recursion of its value and its slope, which at one place are independent
+        x = MATERN_ROOT * steps[..., smooth][:, of].transpose(3, 1, 2, 0)
+        fade = np.exp(-x)
+        value = np.stack([fade * (1.0 + x), fade * x])  # of both before, the value's share of what comes
+        slope = np.stack([-fade * x, fade * (1.0 - x)])
+        own = np.sqrt(np.maximum(1.0 - np.sum(value**2, axis=0), 0.0))
+        common = -np.sum(value * slope, axis=0) / np.where(own > 0.0, own, np.inf)
+        rest = np.sqrt(np.maximum(1.0 - np.sum(slope**2, axis=0) - common**2, 0.0))
+        now = rng.standard_normal((2, *x.shape[:-1]), x.dtype)
+        sloped = [now[0]]
+        for k in range(x.shape[-1]):
+            fresh = rng.standard_normal(now.shape, x.dtype)
+            after = np.sum(value[..., k] * now, axis=0) + own[..., k] * fresh[0]
+            turned = np.sum(slope[..., k] * now, axis=0) + common[..., k] * fresh[0] + rest[..., k] * fresh[1]
+            now = np.stack([after, turned])
+            sloped.append(after)
+        found[smooth] += size[smooth][:, None, :, None] * np.stack(sloped, axis=-1)
     own = bench.shapes.astype(SINGLE).swapaxes(0, 1)  # nuisances of every run, and those that all runs share
     runs = rng.standard_normal((len(own), count, own.shape[1]), SINGLE) @ own.reshape(*own.shape[:2], -1)
     shared = bench.shared.astype(SINGLE).reshape(len(bench.shared), -1)
@@ -566,28 +565,3 @@ def rough_wander(steps: np.ndarray, of: np.ndarray, size: np.ndarray, rng: np.ra
         found[k + 1] += keep[k] * found[k]
     found *= size
     return found
-
-
-def smooth_wander(steps: np.ndarray, rng: np.random.Generator) -> np.ndarray:
-    """Smooth wander (..., n) of unit size at ``steps`` (..., n - 1) in units of its length, by recursion of its value
-    and its slope, which at one place are independent.
-    """
-    x = MATERN_ROOT * steps
-    fade = np.exp(-x)
-    value = np.stack([fade * (1.0 + x), fade * x])  # of both before, the value's share of what comes
-    slope = np.stack([-fade * x, fade * (1.0 - x)])
-    own = np.sqrt(np.maximum(1.0 - np.sum(value**2, axis=0), 0.0))
-    common = -np.sum(value * slope, axis=0) / np.where(own > 0.0, own, np.inf)
-    rest = np.sqrt(np.maximum(1.0 - np.sum(slope**2, axis=0) - common**2, 0.0))
-    now = rng.standard_normal((2, *steps.shape[:-1]), steps.dtype)
-    found = [now[0]]
-    for k in range(steps.shape[-1]):
-        fresh = rng.standard_normal(now.shape, steps.dtype)
-        now = np.stack(
-            [
-                np.sum(value[..., k] * now, axis=0) + own[..., k] * fresh[0],
-                np.sum(slope[..., k] * now, axis=0) + common[..., k] * fresh[0] + rest[..., k] * fresh[1],
-            ]
-        )
-        found.append(now[0])
-    return np.stack(found, axis=-1)

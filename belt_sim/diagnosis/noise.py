@@ -499,11 +499,13 @@ class SignalLevels:
             # ratios of wander to white noise in classes a quarter apart in logarithm
             quarters = 4.0 * np.log(np.maximum(np.concatenate([*(m[0] for m in modes), np.empty(0)]), 1e-8))
             names, of = np.unique(np.round(quarters), return_inverse=True)
-            variance = _variance(np.exp(names / 4.0))
+            # variance (white factors, wander factors, k) of modes by these ratios (k,)
+            of_white, of_wanders = LEVEL_FACTORS[:, None, None] ** 2, LEVEL_FACTORS[None, :, None] ** 2
+            variance = of_white + of_wanders * np.exp(names / 4.0)
             self.prior[k] += np.log(variance) @ np.bincount(of, minlength=len(names))
             self.grids.append((modes, of, 1.0 / variance))
             fast_modes = (_fast_modes(f.sheet, f.spacing, f.per_bin, reach) for f in self.fast)
-            self.fast_grids.append([(own, _variance(ratios)) for ratios, own in fast_modes])
+            self.fast_grids.append([(own, of_white + of_wanders * ratios) for ratios, own in fast_modes])
         if contrasts:
             # variance (G, K) of the Fourier modes of one record at every point of the grid, and of how many
             # modes each of the K stands for
@@ -554,24 +556,6 @@ class SignalLevels:
                 cost[k] += count * np.log(variance).sum(axis=2) + (1.0 / variance) @ squares
         return cost
 
-    def mean(self, errors: np.ndarray) -> np.ndarray:
-        """The mean (K,) of the spectra that the readings (R, S, n) leave possible.
-
-        White noise and a short wander stand in for each other along a bent ridge; levels averaged one by one lie
-        inside the bend, where noise is smaller than anywhere on the ridge. So spectra are averaged.
-        """
-        cost = self.cost(errors).ravel()
-        weight = np.exp(-0.5 * (cost - cost.min()))
-        return weight @ self.spectra / weight.sum()
-
-    def nearest(self, mean: np.ndarray) -> NoiseLevel:
-        """(white, wander, length) on the grid whose spectrum stands best for a ``mean`` (K,): that from which normal
-        noise of the mean one is hardest to tell (Kullback and Leibler).
-        """
-        apart = (1.0 / self.spectra) @ (mean * self.modes_of) + np.log(self.spectra) @ self.modes_of
-        k, i, j = np.unravel_index(np.argmin(apart + TIE * self.prior.ravel()), self.prior.shape)
-        return float(LEVEL_FACTORS[i]), float(LEVEL_FACTORS[j]), float(self.lengths[k])
-
     def draw(self, errors: np.ndarray, count: int, rng: np.random.Generator) -> np.ndarray:
         """Levels (count, 3) by their probability, spread over the cells of the grid."""
         if not self.contrasts:
@@ -583,11 +567,6 @@ class SignalLevels:
         steps = np.log([LEVEL_FACTORS[1] / LEVEL_FACTORS[0]] * 2 + [LENGTH_STEP])
         within = np.exp(steps * (rng.random((count, 3)) - 0.5))
         return np.stack([LEVEL_FACTORS[i], LEVEL_FACTORS[j], self.lengths[k]], axis=1) * within
-
-
-def _variance(ratios: np.ndarray) -> np.ndarray:
-    """Variance (white factors, wander factors, k) of modes with such ratios (k,) of wander to white noise."""
-    return LEVEL_FACTORS[:, None, None] ** 2 + LEVEL_FACTORS[None, :, None] ** 2 * ratios
 
 
 def of_wander(steps: np.ndarray, turn: np.ndarray, smooth: bool) -> np.ndarray:
@@ -654,11 +633,23 @@ class LevelFinder:
         share = self.smooth_share(errors)
         read: list[NoiseLevel] = []
         for rough, smooth in zip(self.signals, self.smooth, strict=True):
-            if rough.contrasts:  # of the likelier kind the levels nearest to the mean spectrum of all of both
-                mean = (1.0 - share) * rough.mean(errors) + share * smooth.mean(errors)
-                read.append((smooth if share > 0.5 else rough).nearest(mean))
-            else:
+            if not rough.contrasts:
                 read.append((1.0, 1.0, 1.0))
+                continue
+            # the mean (K,) of the spectra of both kinds that the readings leave possible: white noise and a short
+            # wander stand in for each other along a bent ridge, and levels averaged one by one lie inside the bend,
+            # where noise is smaller than anywhere on the ridge
+            means = []
+            for kind in (rough, smooth):
+                cost = kind.cost(errors).ravel()
+                weight = np.exp(-0.5 * (cost - cost.min()))
+                means.append(weight @ kind.spectra / weight.sum())
+            mean, likelier = (1.0 - share) * means[0] + share * means[1], smooth if share > 0.5 else rough
+            # of the likelier kind the levels whose spectrum stands best for it: that from which normal noise of the
+            # mean one is hardest to tell (Kullback and Leibler)
+            apart = (1.0 / likelier.spectra) @ (mean * likelier.modes_of) + np.log(likelier.spectra) @ likelier.modes_of
+            k, i, j = np.unravel_index(np.argmin(apart + TIE * likelier.prior.ravel()), likelier.prior.shape)
+            read.append((float(LEVEL_FACTORS[i]), float(LEVEL_FACTORS[j]), float(likelier.lengths[k])))
         best = [
             np.exp(np.mean(np.log([read[s] for s in alike]), axis=0)).tolist() if alike else read[k]
             for k, alike in enumerate(self.signals_alike)

@@ -103,7 +103,20 @@ def fit_best(
     penalty: chi2 that each must gain; only what does, and the best of others nearly, is carried to its end; earlier:
     fits with these names, beside the same effects or different ones.
     """
-    begun = [(name, start) for name in names for start in linearisation.refit_starts(bench, name, earlier.get(name))]
+    # A refit begins at null, so that no super-model ends above its sub-model; where an earlier one ended, with all its
+    # numbers if it is of the same set, else with those of the effect; if none is of the same set, at points of the
+    # effect's grid, where what only shapes it moves nothing yet, and at sizes that show.
+    begun = list[tuple[str, Fit]]()
+    for name in names:
+        null, further = linearisation.with_effect(bench, name), linearisation.starts.get(name, [])
+        known, same = earlier.get(name), False
+        begun.append((name, null))
+        if known is not None and further:
+            same, vector = set(known.ids) == set(null.ids), null.vector.copy()
+            taken = null.free if same else bench.forward.index(name)
+            vector[taken] = known.vector[taken]
+            begun.append((name, replace(null, vector=vector, chi2=np.inf, exact=False)))
+        begun += [(name, start.begin(bench, null)) for start in further if not same]
     owners, starts = [name for name, _ in begun], [start for _, start in begun]
     numbers = {name: len(start.free) - len(linearisation.fit.free) for name, start in begun}
     penalties = {name: penalty + PER_NUMBER * (k - 1) for name, k in numbers.items()}

@@ -35,22 +35,14 @@ class Workbench:
     march_error: np.ndarray | float = 0.0
     keeps_noise: bool = False
 
-    def metric_at(self, levels: Levels) -> Metric:
-        """The metric with other noise levels."""
-        return metric_of(self.fitted, levels, self.shapes, self.shared)
-
     def moved_to(self, vector: np.ndarray) -> "Workbench":
         """The workbench with noise levels and nuisance shapes taken at ``vector``, and every run's settings near it.
 
         Itself where a belt runs away at ``vector``, or a hair beside it.
         """
         here = self.laid_out_by(self.forward, vector)
-        return self if here is self else here._at_likely_settings(vector)
-
-    def _at_likely_settings(self, vector: np.ndarray) -> "Workbench":
-        """The workbench, laid out at ``vector``, with every run's settings where they most likely were."""
-        forward = expand_at_likely_settings(self, vector)
-        return self if forward is self.forward else self.laid_out_by(forward, vector)
+        likely = self.forward if here is self else expand_at_likely_settings(here, vector)
+        return here if likely is here.forward else here.laid_out_by(likely, vector)
 
     def laid_out_by(self, forward: Forward, vector: np.ndarray) -> "Workbench":
         """The workbench with nuisances as they are at ``vector``: what settings did to one of two repeats is not noise.
@@ -118,8 +110,10 @@ def workbench(
         campaign=campaign, samples=samples, fitted=fitted, forward=forward, levels=levels, finder=finder,
         shapes=shapes, shared=shared, metric=metric, march_error=error,
     )  # fmt: skip
-    runs_away = not (np.isfinite(shapes).all() and np.isfinite(shared).all())
-    return bench if runs_away else bench._at_likely_settings(forward.null())
+    if not (np.isfinite(shapes).all() and np.isfinite(shared).all()):  # a belt runs away
+        return bench
+    likely = expand_at_likely_settings(bench, forward.null())
+    return bench if likely is forward else bench.laid_out_by(likely, forward.null())
 
 
 def linear_response(

@@ -15,6 +15,7 @@ from scipy.optimize import least_squares
 from belt_sim.api.simulate import fitted_model
 from belt_sim.campaign import Campaign, Run
 from belt_sim.diagnosis.errors import ErrorsWithoutNuisances, conditions
+from belt_sim.diagnosis.noise import metric_of
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.units import MM
@@ -41,7 +42,8 @@ def least_error(campaign: Campaign, truth: Truth, answer: Mapping[str, Any]) -> 
     bench = workbench(campaign, fitted_model(truth.base), ())
     residual = bench.samples.y - samples_of(noise_free(campaign, truth), leave_out_bad=False).y
     levels = bench.finder(residual)
-    own = ErrorsWithoutNuisances(replace(bench, levels=levels, metric=bench.metric_at(levels)))
+    metric = metric_of(bench.fitted, levels, bench.shapes, bench.shared)
+    own = ErrorsWithoutNuisances(replace(bench, levels=levels, metric=metric))
     found, untold = conditions(bench), error.get("held_out_untestable", error.get("untestable", ()))
     told = [out for name, out in found.items() if name not in untold] or list(found.values())
     return {

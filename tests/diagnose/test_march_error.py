@@ -8,6 +8,7 @@ from small_campaign import MODEL, bench
 
 from belt_sim.campaign import Quantity
 from belt_sim.diagnosis.forward import MARCH_ERROR, STEP, Forward
+from belt_sim.diagnosis.noise import metric_of
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.units import MM
 from belt_sim.virtual_rig.make import make_campaign
@@ -41,5 +42,5 @@ def test_the_error_is_what_a_much_finer_march_says(short):
     size = np.abs(values - fine).max()
     assert np.abs(short.march_error).max() == pytest.approx(size, rel=0.2)
     still = np.zeros_like(values)
-    whiten = replace(short, shapes=still[None], shared=still[None]).metric_at(short.levels).whiten
+    whiten = metric_of(short.fitted, short.levels, still[None], still[None]).whiten
     assert np.linalg.norm(whiten(values - fine)) < 1.2 * MARCH_ERROR

@@ -28,7 +28,8 @@ EXACT = 1e-10  # rounding of a product of 732 numbers
 @pytest.fixture
 def stated():
     """The metric at the noise that the campaign states."""
-    return bench().metric_at(Levels())
+    b = bench()
+    return metric_of(b.fitted, Levels(), b.shapes, b.shared)
 
 
 def test_whitened_errors_have_unit_covariance(stated):

@@ -130,7 +130,9 @@ def test_an_effect_is_at_null_where_all_that_is_better_with_it_has_diverged():
     current = bench.fit([bench.start(("other",), np.zeros(2))])[0]
     null = Linearisation(current, {0: 1e-3 * one}).with_effect(bench, "faint")
     far = bench.fit([bench.start((), np.array([0.0, 50.0]))])[0]
-    near = SimpleNamespace(fit=current, with_effect=lambda *_: null, refit_starts=lambda *_: [null, far])
+    near = SimpleNamespace(
+        fit=current, with_effect=lambda *_: null, starts={"faint": [SimpleNamespace(begin=lambda *_: far)]}
+    )
     assert has_diverged(bench.fit([null])[0])
     assert far.chi2 > current.chi2 + 1000.0
     best = fit_best(bench, near, ["faint"], 0.0, {})["faint"]

@@ -7,6 +7,7 @@ import pytest
 from small_campaign import bench
 
 from belt_sim.diagnosis import workbench
+from belt_sim.diagnosis.noise import metric_of
 
 OFF = 2.0  # sigma
 TENSION, YAW = 0.06, 3e-5  # one sigma of a careless setting
@@ -27,7 +28,7 @@ def careless():
 
 def at(b, levels):
     """The workbench with other noise levels."""
-    return replace(b, levels=levels, metric=b.metric_at(levels))
+    return replace(b, levels=levels, metric=metric_of(b.fitted, levels, b.shapes, b.shared))
 
 
 def left(b) -> float:
