@@ -86,10 +86,11 @@ def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
 
 
 _CUDA = ("jax_cuda12_plugin", "jax_cuda13_plugin")
-_UNFUSED = "--xla_cpu_max_isa=AVX"
+#: with this among XLA_FLAGS, results of a process can be compared bit for bit (see the module's text)
+UNFUSED = "--xla_cpu_max_isa=AVX"
 _WHOLE_LOOPS = f"--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold={2**30}"
 _IN_ONE_PIECE = "--xla_cpu_parallel_codegen_split_count=1"
-_FLAGS = (_UNFUSED, _WHOLE_LOOPS, _IN_ONE_PIECE)
+_FLAGS = (UNFUSED, _WHOLE_LOOPS, _IN_ONE_PIECE)
 #: from this JAX on nobody has tried these flags: each is tried in a process of its own (XLA ends one that it knows not)
 UNTRIED = (0, 13)
 #: compiles three times as fast; code runs up to three times as long. JAX 0.11 has no fusion emitters to switch off
@@ -216,11 +217,6 @@ def check_environment() -> None:
         raise InputError("XLA_FLAGS", flags, "", f"XLA does not start with it ({said[-120:]}); unset it")
 
 
-def is_unfused() -> bool:
-    """Whether results of this process can be compared bit for bit (see the module's text)."""
-    return _UNFUSED in os.environ.get("XLA_FLAGS", "")
-
-
 STORED = "stored"  # below JAX's folder of compiled programs
 UNREADABLE = (OSError, ValueError, SyntaxError)  # no such file, one that is damaged, or another's
 
@@ -268,24 +264,6 @@ def _load(file: Path) -> Callable[..., Any]:
         return serialize_executable.deserialize_and_load(program, given, made, execution_devices=one)
     except Exception as error:  # of whatever kind: XLA, pickle and an interface that may change each have their own
         raise ValueError(file) from error
-
-
-def _write(file: Path, program: Any) -> None:
-    """Keep a compiled program in a file that ``_load`` reads; raises what JAX and the disk do."""
-    content, inputs, outputs = serialize_executable.serialize(program)
-    nested = jax.tree.unflatten(outputs, [0] * outputs.num_leaves)
-    head = f"{(inputs.num_leaves, nested, 'lapack' in (program.as_text() or ''))}\n".encode()
-    digest = hashlib.sha256(head + content).digest()
-    write_with(file, lambda path: path.write_bytes(digest + head + content))
-
-
-def _leave_out_places(module: Any) -> None:
-    """Take out of a traced program where its operations stand in the code: a third of it, and a tenth of loading it.
-    JAX does not document what does so; they stay where that fails."""
-    with suppress(Exception), module.context:
-        from jaxlib.mlir.passmanager import PassManager
-
-        PassManager.parse("builtin.module(strip-debuginfo)").run(module.operation)
 
 
 @functools.cache
@@ -345,17 +323,29 @@ class StoredProgram:
         # a name of its own: a program that JAX finds in its own cache cannot be written again
         name = stored_program.__name__ = stored_program.__qualname__ = f"program_{uuid4().hex}"
         traced = compiled(keep_unused=True, compiler_options=known_options(self.effort)).lower(*leaves)
-        _leave_out_places(traced.compiler_ir())
+        # take out of it where its operations stand in the code: a third of it, and a tenth of loading it; JAX does not
+        # document what does so, and they stay where that fails
+        module: Any = traced.compiler_ir()
+        with suppress(Exception), module.context:
+            from jaxlib.mlir.passmanager import PassManager
+
+            PassManager.parse("builtin.module(strip-debuginfo)").run(module.operation)
+
+        # the same compiled program may be there already, of other code
         text = traced.as_text().replace(name, "")
         file = asked.with_name(f"{_digest(text, traced.in_tree, traced.out_tree, self.effort, *_machine())}.program")
         found = None
         with suppress(*UNREADABLE):
-            found = _load(file)  # other code may have given the same one
+            found = _load(file)
         program = found or traced.compile()
         for left in Path(folder).glob(f"*{name}*"):  # in JAX's own cache, where nothing finds it again
             left.unlink(missing_ok=True)
         with suppress(Exception):  # JAX cannot write every program, and a full or read-only disk keeps none
-            if found is None:
-                _write(file, program)
+            if found is None:  # as ``_load`` reads it
+                content, inputs, outputs = serialize_executable.serialize(program)
+                nested = jax.tree.unflatten(outputs, [0] * outputs.num_leaves)
+                head = f"{(inputs.num_leaves, nested, 'lapack' in (program.as_text() or ''))}\n".encode()
+                kept = hashlib.sha256(head + content).digest() + head + content
+                write_with(file, lambda path: path.write_bytes(kept))
             write_text(asked, file.name)
         return program

@@ -79,14 +79,14 @@ def diagnose(
     flag("checked", checked), flag("advise", advise)
     whole("seed", seed, 0)
     whole("bootstraps", bootstraps, MIN_BOOTSTRAPS, MAX_BOOTSTRAPS)
-    _need_a_point(campaign)
+    beside = beside_points(campaign)
     measured = [run for run in campaign.runs if len(run.travel)]
     if measured and all(run.use == "hold_out" for run in measured):
         raise InputError("hold_out", "all runs", "", "leave at least one run to fit to")
     chosen = fitted_model(campaign_model(model, campaign))
     classes = candidates_of(effects, chosen, leave_out)
     admitted = [line for c in classes if getattr(c, "source_file", None) for line in admit(c, chosen, campaign)]
-    if beside := beside_points(campaign):
+    if beside:
         admitted.append(f"{', '.join(beside)}: not at points 1-4, so no unknown law is sought")
     for line in admitted:
         tell(line)
@@ -131,14 +131,14 @@ def diagnose(
 
 
 def beside_points(campaign: Campaign) -> list[str]:
-    """Names of the signals that stand at none of points 1-4 and mid-span, which the search for laws does not know."""
-    return [s.name for s in campaign.signals if curve_row(s.at, 1.0) is None]
+    """Names of the signals that stand at none of points 1-4 and mid-span, which the search for laws does not know.
 
-
-def _need_a_point(campaign: Campaign) -> None:
+    Raises InputError without the lateral position of any point.
+    """
     if not any(s.kind == "lateral" for s in campaign.signals):
         remedy = "this needs the lateral position of at least one of points 1-4; belt-sim compare does without"
         raise InputError("signals", "no point", "", remedy)
+    return [s.name for s in campaign.signals if curve_row(s.at, 1.0) is None]
 
 
 @one_blas_thread
@@ -157,7 +157,6 @@ def discover(
     Raises InputError, CannotRepresent.
     """
     campaign = campaign_of(campaign)
-    _need_a_point(campaign)
     if others := beside_points(campaign):
         remedy = "laws are sought at points 1-4 only; leave these signals out"
         raise InputError("signals", ", ".join(others), "", remedy)

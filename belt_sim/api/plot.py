@@ -271,18 +271,11 @@ def write_diagnosis(folder: Path, d: "Diagnosis", draw: Callable[[], dict[str, s
         held += f"{first}; the others, with other sizes: {'; '.join(others)}\n"
     write_text(folder / "effects.yaml", held + save_effects(effects_of(d.effects), spread))
     if d.discovery is not None and d.discovery.found:
-        write_discovery(folder, d.discovery)
+        if d.discovery.law_file:
+            write_text(folder / "found_law.yaml", d.discovery.law_file)
+        write_json(folder / "discovery.json", file_json(d.discovery))
     write_json(folder / "diagnosis.json", file_json(d))
     write_page(folder, d, draw)
-
-
-def write_discovery(folder: Path, d: "Discovery") -> None:
-    """discovery.json, and found_law.yaml where a law was found."""
-    from belt_sim.results.files import file_json
-
-    if d.law_file:
-        write_text(folder / "found_law.yaml", d.law_file)
-    write_json(folder / "discovery.json", file_json(d))
 
 
 def write_page(folder: Path, d: "Diagnosis", draw: Callable[[], dict[str, str]] | None = None) -> Path:

@@ -1,5 +1,6 @@
 """The admission test of a user's own effect: null limit, declarations, parity, exponent, collinearity."""
 
+import os
 from dataclasses import replace
 from functools import partial
 
@@ -14,7 +15,7 @@ from belt_sim.diagnosis.linearisation import linearise_effects
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.effects.base import Effect, library
 from belt_sim.errors import InputError
-from belt_sim.jax_setup import is_unfused
+from belt_sim.jax_setup import UNFUSED
 from belt_sim.line.hooks import call_hook, indicate
 from belt_sim.line.march import march_case
 from belt_sim.line.spans import Composition
@@ -48,7 +49,9 @@ def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str
     without, null = march_case(case, model, travel=TRIED_TRAVEL), cls.null()
     within = march_case(case, model, (null,), travel=TRIED_TRAVEL)
     read = [indicate(without, case, effects, without.travel) for effects in ((), (null,))]
-    alike = np.array_equal if is_unfused() else partial(np.allclose, rtol=1e-12, atol=1e-18)
+    alike = (
+        np.array_equal if UNFUSED in os.environ.get("XLA_FLAGS", "") else partial(np.allclose, rtol=1e-12, atol=1e-18)
+    )
     pairs = [pair for two in ((without, within), read) for pair in zip(*map(jax.tree.leaves, two), strict=True)]
     parts = SceneParts.from_case(case)
     if not all(alike(a, b) for a, b in pairs) or call_hook(null, "scene", parts, case) != parts:

@@ -57,8 +57,8 @@ def load_effects(spec: Any) -> tuple[Effect, ...]:
                     continue
                 remedy = f"{remedy}; {low:g} to {high:g} is plausible"
                 raise InputError(where, f"{value:g}", parameter.unit, remedy)
-            loaded.append(cls(**{n: float(v) for n, v in numbers.items()}))
-            if loaded[-1].is_null():
+            loaded.append(made := cls(**{n: float(v) for n, v in numbers.items()}))
+            if all(float(getattr(made, n)) == p.null for n, p in cls.parameters.items()):
                 example = f"effects=[{{id:{cls.id},{next(iter(cls.parameters))}:...}}]"
                 raise InputError("effects", cls.id, "", f"it would do nothing; give numbers, e.g. {example}")
     ids = [e.id for e in loaded]

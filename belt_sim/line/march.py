@@ -250,7 +250,8 @@ def _solve(now, off, off1, yaw, push, spans, h):
         a = 0.5 * h / length
         partner = (off.y + off1.y)[::-1] + 2.0 * (yaw.aside_runoff - yaw.aside_runup)
         y = (now.y * (1 - a) + a * partner + h * (yaw.runup + push.drift)) / (1 + a)
-        return y, spans.slope(y, off1, yaw) - yaw.runup
+        slope = (y + yaw.aside_runup - off1.y[::-1] - yaw.aside_runoff) / length  # of a straight line
+        return y, slope - yaw.runup
     ky, ko, ku, ro, ru = spans.answer.runup.T
     a = 0.5 * h
     known = (

@@ -147,10 +147,6 @@ class Spans:
         rows = [y + yaw.aside_runup - start, theta_o, yaw.runup + alpha, yaw.roll_runoff, yaw.roll_runup]
         return BoundaryValues(travel=travel, start=start, ends=jnp.stack(rows), direction=self.case.settings.direction)
 
-    def slope(self, y, off: RunOff, yaw: Yaw) -> jax.Array:
-        """Return the slopes of straight lines from run-off to run-up [rad], shape (2,)."""
-        return (y + yaw.aside_runup - off.y[::-1] - yaw.aside_runoff) / self.span.length
-
     def bend(self, boundary: BoundaryValues) -> Bend:
         """Return what effects add inside the spans."""
         bend = Bend()

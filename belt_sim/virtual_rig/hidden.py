@@ -288,7 +288,9 @@ def library_signatures(plan: Plan, base: str) -> dict[str, list[np.ndarray]]:
     for cls in able:
         grids = {f.name: f.metadata["grid"](plan) for f in fields(cls) if "grid" in f.metadata}
         grids = {name: values for name, values in grids.items() if len(values)}
-        for name, size in visible_sizes(cls, plan).items():
+        for name, size in cls.sizes.items():
+            if size.place and size.place not in plan.signals.values():
+                continue
             shapes = (dict(zip(grids, values, strict=True)) for values in product(*grids.values()))
             directions += [cls(**{name: _SMALL * size.typical}, **shape) for shape in shapes]
     columns: dict[str, list[np.ndarray]] = {}
@@ -304,11 +306,6 @@ def library_signatures(plan: Plan, base: str) -> dict[str, list[np.ndarray]]:
         for fault, change in zip(together, changes(plan, line, clean, together), strict=True):
             columns.setdefault(fault.id, []).append(change)
     return {name: columns[name] for name in sorted(columns) if any(np.any(c) for c in columns[name])}
-
-
-def visible_sizes(cls: type[Fault], plan: Plan) -> dict:
-    """Sizes of the parameters that the plan's sensors can show."""
-    return {n: s for n, s in cls.sizes.items() if not s.place or s.place in plan.signals.values()}
 
 
 # As specified, or drawn at random.
@@ -434,7 +431,8 @@ def random_fault(name: str, plan: Plan, rng: np.random.Generator) -> Fault:
     """A fault of typical size with its sign, place and phase drawn."""
     cls = fault_class(name)
     sign = 1.0 if cls.positive or cls.fixed else float(rng.choice((-1.0, 1.0)))
-    sizes = visible_sizes(cls, plan)
+    # of the parameters that the plan's sensors can show
+    sizes = {n: s for n, s in cls.sizes.items() if not s.place or s.place in plan.signals.values()}
     if not sizes:
         raise InputError("hidden", name, "", "needs a lateral sensor, which the plan has not")
     if cls.mixed:

@@ -19,7 +19,7 @@ import numpy as np
 from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity, Run, SettingsSheet, Source, write_campaign
 from belt_sim.errors import InputError, whole
 from belt_sim.io import write_text
-from belt_sim.units import MM, N_PER_MM2
+from belt_sim.units import MM, N_PER_MM2, round_digits
 from belt_sim.virtual_rig.fault import Fault
 from belt_sim.virtual_rig.hidden import (
     BLIND_FAULTS,
@@ -202,14 +202,17 @@ def build_campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str, r
 def describe_truth(
     seed, base, what: HiddenFaults, noise: Noise, errors: TrueErrors, dirt, salt: str, plan: str = "", unstated=()
 ) -> Truth:
-    """What is sealed beside a campaign; unstated: further settings that its file does not state."""
+    """What is sealed beside a campaign; unstated: further settings that its file does not state.
+
+    Numbers have as many digits as processors of different kinds agree upon.
+    """
     told = ("scale", "heavy_tails") + (() if noise.true_length is None else ("true_length", "smooth"))
     unknown = next((f for f in what.faults if f.place), Fault())
     effects = [
         {
             "id": fault.id,
-            "parameters": {n: _round_digits(v, 9) for n, v in vars(fault).items()},
-            "d": _round_digits(size, 6),
+            "parameters": {n: round_digits(v, 9) if isinstance(v, float) else v for n, v in vars(fault).items()},
+            "d": None if size is None else round_digits(size, 6),
         }
         for fault, size in zip(what.faults, what.sizes, strict=True)
     ]
@@ -219,7 +222,7 @@ def describe_truth(
         kind=what.kind,
         effects=effects,
         lookalikes=what.lookalikes,
-        distance=_round_digits(what.distance, 6),
+        distance=None if what.distance is None else round_digits(what.distance, 6),
         noise={n: getattr(noise, n) for n in told},
         machine=dict(errors.machine),
         settings={n: np.asarray(getattr(errors, n)).tolist() for n in ("tension_rel", "yaw")} | dict(unstated),
@@ -229,11 +232,6 @@ def describe_truth(
         **{n: getattr(unknown, n) for n in ("place", "variable", "form")},
         also=[list(pair) for pair in unknown.also],
     )
-
-
-def _round_digits(value: Any, digits: int) -> Any:
-    """A number to so many significant digits: what processors of different kinds agree upon; all else as it is."""
-    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
 
 
 def check_base(base: str, faults: Sequence[Fault] = ()) -> str:
@@ -360,15 +358,15 @@ def random_plan(kind: str, rng: np.random.Generator) -> tuple[Plan, Noise]:
         belt=belt,
     )
 
-    def draw_rounded(low: float, high: float) -> float:
-        return float(f"{math.exp(rng.uniform(math.log(low), math.log(high))):.2g}")
-
+    # the noise, to two digits, drawn evenly over its logarithm
+    shares = (rng.uniform(math.log(low), math.log(high)) for low, high in (_WHITE, _ZERO, _WANDER))
+    white, zero, wander = [round_digits(math.exp(drawn), 2) for drawn in shares]
     noise = Noise(
-        white=draw_rounded(*_WHITE),
-        zero=draw_rounded(*_ZERO),
-        wander_sd=draw_rounded(*_WANDER),
+        white=white,
+        zero=zero,
+        wander_sd=wander,
         gain=0.005 if rng.random() < 0.3 else 0.0,
-        tension_rel=draw_rounded(0.005, 0.02),
+        tension_rel=round_digits(math.exp(rng.uniform(math.log(0.005), math.log(0.02))), 2),
         yaw_u=float(f"{0.005 * max(abs(run.yaw) for run in runs):.2g}"),  # half a percent of the largest
     )
     return plan, noise

@@ -430,36 +430,31 @@ def perfect_reading(
     """What a perfect sensor sees at travel s (n, batch), or a hair before: the belt and its edge [m], where the sensor
     looked, or the tilt of a span [rad]."""
     line = history.line
-    if place in TILT_SIGNS:
-        tilts = (_tilt(history, s - before, to_tail) for to_tail in (True, False))
-        return np.where(TILT_SIGNS[place] * line.direction > 0, *tilts)
-    for fault in faults:
-        s = fault.sensor_travel(s, line)
-    pulley, leaves = POINT_PLACES[place]
-    up, off = history.state_at(s - before)[2 * pulley], history.wrap_exit(s - before)[pulley][0]
-    seen = np.where((line.direction > 0) == leaves, off, up)
-    return sum((f.edge(place, s, line) for f in faults), seen)
+    if place not in TILT_SIGNS:
+        for fault in faults:
+            s = fault.sensor_travel(s, line)
+        pulley, leaves = POINT_PLACES[place]
+        up, off = history.state_at(s - before)[2 * pulley], history.wrap_exit(s - before)[pulley][0]
+        seen = np.where((line.direction > 0) == leaves, off, up)
+        return sum((f.edge(place, s, line) for f in faults), seen)
 
-
-def _tilt(history: BeltMarch, s: np.ndarray, to_tail: bool) -> np.ndarray:
-    """phi at the middle of the span that runs to the tail (or to the head) pulley, from its ends and its loads."""
-    line = history.line
+    s, tilts = s - before, []
     here, (tail_off, head_off) = line.along_bent_axes(history.state_at(s), history.wrap_exit(s))
     beta, beta_head = (history.interpolate(rows, s) for rows in (history.tail_yaw, history.head_yaw))
-    if to_tail:
-        off, up, turn_off, turn_up = head_off, here[:2], beta_head, beta
-    else:
-        off, up, turn_off, turn_up = tail_off, here[2:], -beta, -beta_head
-    off, up = np.stack([off[0], off[1] + turn_off]), np.stack([up[0], up[1] + turn_up])
-    row = history.spans[0 if to_tail else 1].tilt
-    if tables := history.changed_spans[0 if to_tail else 1]:
-        row = row[:, None] + sum(table.added_at(s, (off, up), ("tilt",))["tilt"] for table in tables)
-    tilt = dot(row, off, up)
-    for applied in history.applied_loads:
-        kept, load = history.interpolate(applied.kept, s), applied.load
-        acts = applied.fault.push(s, line, load, dot(load.row, off, up), kept)[0] * (s > 0)
-        tilt = tilt + np.where(applied.to_tail == to_tail, load.tilt * acts, 0.0)
-    return tilt
+    to_tail, to_head = (head_off, here[:2], beta_head, beta), (tail_off, here[2:], -beta, -beta_head)
+    for k, (off, up, turn_off, turn_up) in enumerate((to_tail, to_head)):
+        # phi at the middle of the span that runs to the tail or to the head pulley, from its ends and its loads
+        off, up = np.stack([off[0], off[1] + turn_off]), np.stack([up[0], up[1] + turn_up])
+        row = history.spans[k].tilt
+        if tables := history.changed_spans[k]:
+            row = row[:, None] + sum(table.added_at(s, (off, up), ("tilt",))["tilt"] for table in tables)
+        tilt = dot(row, off, up)
+        for applied in history.applied_loads:
+            kept, load = history.interpolate(applied.kept, s), applied.load
+            acts = applied.fault.push(s, line, load, dot(load.row, off, up), kept)[0] * (s > 0)
+            tilt = tilt + np.where(applied.to_tail == (k == 0), load.tilt * acts, 0.0)
+        tilts.append(tilt)
+    return np.where(TILT_SIGNS[place] * line.direction > 0, *tilts)
 
 
 # Random errors: settings, machine data, and what the sensors add.

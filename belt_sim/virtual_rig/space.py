@@ -23,7 +23,7 @@ from belt_sim.virtual_rig.fault import Fault, has_hook
 from belt_sim.virtual_rig.hidden import CATALOGUE, HiddenFaults, specified_hidden
 from belt_sim.virtual_rig.make import BASES, Truth, build_campaign, check_base, check_seed, describe_truth
 from belt_sim.virtual_rig.march import TrueErrors, add_noise, draw_errors, true_machine
-from belt_sim.virtual_rig.plan import Noise, Plan, RunSetting, grid
+from belt_sim.virtual_rig.plan import Noise, Plan, grid
 
 #: A narrow belt, so that the bending stress of its edges, 2 E b beta/L = 5.3 N/mm2 at the yaw below, stays under its
 #: tension, and K L = 0.48 ... 1.17 makes the tension felt; Lambda = 0.41 at 10 N/mm2, 0.002 at 60.
@@ -50,16 +50,13 @@ SENSORS = Noise(
 )
 
 
-def space_plan() -> Plan:
+def space_plan(tensions: Sequence[float] = TENSIONS, repeats: int = 2, length: float = RUN_TRAVEL) -> Plan:
     """Ten runs: four tensions, yaw to either side, two runs made again."""
-    runs = tuple(at_scene_speed(run) for run in grid(TENSIONS, (-YAW, YAW)))
-    return Plan(runs=runs, length=RUN_TRAVEL, spacing=SPACING, machine=SHORT_RIG, belt=NARROW_BELT)
-
-
-def at_scene_speed(run: RunSetting) -> RunSetting:
-    """The run at the speed at which the belt really runs in the scene."""
-    string_speed = math.sqrt(run.tension / NARROW_BELT.density.value)
-    return RunSetting(**{**vars(run), "speed": round(accurate_speed(string_speed), 2)})
+    runs = []
+    for run in grid(tensions, (-YAW, YAW), repeats):  # each at the speed at which the belt really runs in the scene
+        string_speed = math.sqrt(run.tension / NARROW_BELT.density.value)
+        runs.append(replace(run, speed=round(accurate_speed(string_speed), 2)))
+    return Plan(runs=tuple(runs), length=length, spacing=SPACING, machine=SHORT_RIG, belt=NARROW_BELT)
 
 
 #: Engine -> a share of every reading, and what wanders beside it [m]: how far a campaign with nothing hidden is off the

@@ -6,17 +6,13 @@ from belt_sim.campaign import Campaign
 from belt_sim.space import Options
 from belt_sim.virtual_rig.hidden import LIBRARY_SIZES, Detectability, HiddenFaults, random_fault, scale_to_size
 from belt_sim.virtual_rig.make import Truth, check_seed
-from belt_sim.virtual_rig.plan import Plan, grid
+from belt_sim.virtual_rig.plan import Plan
 from belt_sim.virtual_rig.space import (
-    NARROW_BELT,
     OPTIONS,
     SENSORS,
-    SHORT_RIG,
-    SPACING,
     TENSIONS,
-    YAW,
-    at_scene_speed,
     make_space_campaign,
+    space_plan,
     with_simulator_error,
 )
 
@@ -44,8 +40,7 @@ SMALL_TRAVEL = 8.0  # [m], one and a half revolutions of the belt
 
 def small_space_plan() -> Plan:
     """Five runs: two tensions, yaw to either side, one run made again."""
-    runs = tuple(at_scene_speed(run) for run in grid((TENSIONS[0], TENSIONS[2]), (-YAW, YAW), repeats=1))
-    return Plan(runs=runs, length=SMALL_TRAVEL, spacing=SPACING, machine=SHORT_RIG, belt=NARROW_BELT)
+    return space_plan((TENSIONS[0], TENSIONS[2]), repeats=1, length=SMALL_TRAVEL)
 
 
 def space_setting(seed: int) -> tuple[str, HiddenFaults]:

@@ -99,7 +99,6 @@ def test_null_effect_returns_what_it_was_given(cls):
     arguments = any_arguments()
     assert set(arguments) == set(HOOKS)
     null, used = cls.null(), 0
-    assert null.is_null()
     for hook, given in arguments.items():
         if not hasattr(cls, hook):
             continue
