@@ -26,7 +26,7 @@ from belt_sim.diagnosis.decide import POLICY, probability_of_unknown
 from belt_sim.diagnosis.describe import describe, drawings_of, final_model, rivals
 from belt_sim.diagnosis.drawings import machine_of, overlays
 from belt_sim.diagnosis.errors import free_zeros
-from belt_sim.diagnosis.examine import BOOTSTRAPS, compile_ahead, examine
+from belt_sim.diagnosis.examine import BOOTSTRAPS, LawFinder, compile_ahead, examine
 from belt_sim.diagnosis.fit import Fit, covariance_root, step_bounds
 from belt_sim.diagnosis.foresight import forget_layout, free_starts, sheet_evidence
 from belt_sim.diagnosis.next_run import next_runs
@@ -39,7 +39,7 @@ from belt_sim.discovery.selection import SearchOutcome, search_law
 from belt_sim.discovery.words import describe_discovery
 from belt_sim.effects.base import Effect, library
 from belt_sim.errors import InputError, flag, whole
-from belt_sim.jax_setup import one_blas_thread
+from belt_sim.jax_setup import begin_in_thread, one_blas_thread
 from belt_sim.results import words
 from belt_sim.results.diagnosis import SURE_APART, Diagnosis, Discovery, NextRun
 from belt_sim.results.estimates import MachineSizes, display_unit
@@ -90,7 +90,7 @@ def diagnose(
         admitted.append(f"{', '.join(beside)}: not at points 1-4, so no unknown law is sought")
     for line in admitted:
         tell(line)
-    compile_ahead(campaign, chosen, classes)
+    begin_in_thread(partial(compile_ahead, campaign, chosen, classes))  # beside what comes before the examination
     bar = stages_shown(f"diagnosing {campaign.title}") if progress is None else nullcontext(progress)
     with bar as stages:
         tell_stage = partial(stages, 0)
@@ -100,9 +100,10 @@ def diagnose(
         of_sheet = () if settled else sheet_evidence(free_zeros(own, of_data), chosen, tell_stage)
         forget_layout()
         doubtful = [*running, *(e.suspicion for e in of_sheet if e.certain)]
+        laws = LawSearch(tell_stage)
         findings = examine(
             own, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful, checked=checked,
-            laws=None if beside else LawSearch(tell_stage), tell=tell_stage,
+            laws=None if beside else LawFinder(laws.evidence_of_unknown, laws.law), tell=tell_stage,
         )  # fmt: skip
         if not any(s.severity == "stop" for s in findings.suspicions):  # mistakes that explain more are told beside
             better = [e for e in of_sheet if e.gain > findings.decision.explanations[0].gain]

@@ -191,9 +191,10 @@ def candidates_of(asked: Any, model: AnalyticModel, leave_out: Sequence[str] | N
         if name not in library():
             raise InputError("leave_out", name, "", f"use ids of the library: {', '.join(library())}")
     if asked is None:
-        from belt_sim.diagnosis.forward import default_candidates  # a curve needs neither it nor SciPy
+        from belt_sim.diagnosis.forward import ONLY_WHEN_NAMED  # a curve needs neither it nor SciPy
 
-        return [c for c in default_candidates(leave_out).values() if model.refusal(c) is None]
+        excluded = ONLY_WHEN_NAMED if leave_out is None else leave_out
+        return [c for name, c in library().items() if name not in excluded and model.refusal(c) is None]
     entries = asked if isinstance(asked, Sequence) and not isinstance(asked, str) else [asked]
     classes: dict[str, type[Effect]] = {}
     for entry in entries:

@@ -187,11 +187,6 @@ class Cell:
     rms: float
 
 
-def family_k(count: int) -> float:
-    """k such that none of ``count`` independent normal errors exceeds k sigma, with probability 95 %."""
-    return -NormalDist().inv_cdf(0.025 / max(count, 1))
-
-
 def validation_uncertainty(bench: Workbench) -> np.ndarray:
     """u_val, one sigma, of every sample, shape (R, S, n) [m or rad]."""
     samples, noise = bench.samples, _noise_variance(bench)
@@ -246,7 +241,8 @@ def locate_failure(found: Sequence[Cell], model: str, *, faulty: bool = False) -
 
     faulty: a fault was found, which acts at every tension, so that the model is adequate at none.
     """
-    worst, k = max(found, key=lambda c: c.ratio), family_k(len(found))
+    worst = max(found, key=lambda c: c.ratio)
+    k = -NormalDist().inv_cdf(0.025 / len(found))  # no normal error of so many is larger, with probability 95 %
     sign = {1: "> 0", -1: "< 0", 0: "= 0"}[worst.sign]
     travel = f"{worst.window[0]:.0f}-{worst.window[1]:.0f} m"
     place = f"{worst.signal} of run {worst.run} ({worst.tension:g} N/mm2, yaw {sign}, {travel})"

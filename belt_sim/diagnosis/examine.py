@@ -5,7 +5,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
-from typing import Protocol
 
 import jax
 import numpy as np
@@ -36,7 +35,7 @@ from belt_sim.diagnosis.search import NO_EFFECTS, Search, add_fits, extend, row_
 from belt_sim.diagnosis.workbench import Workbench, expand_at_likely_settings, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError
-from belt_sim.jax_setup import WORKERS, begin_in_thread, in_float64, map_in_threads
+from belt_sim.jax_setup import WORKERS, in_float64, map_in_threads
 from belt_sim.line.hooks import as_driven
 from belt_sim.line.spans import Composition
 from belt_sim.model import BASE_MODELS, MODELS
@@ -78,14 +77,16 @@ class LawQuestion:
     most: float = np.inf
 
 
-class LawFinder(Protocol):
-    """A search for laws beyond the library."""
+@dataclass(frozen=True)
+class LawFinder:
+    """A search for laws beyond the library.
 
-    def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
-        """What is seen beside a fit in the linear range; among: effects of all fits that are looked at."""
+    evidence_of_unknown: (workbench, fit, effects of all fits that are looked at) -> what is seen beside a fit in the
+    linear range; law: the law that is asked for, with its joint fit.
+    """
 
-    def law(self, asked: LawQuestion) -> LawResult:
-        """The law that is asked for, with its joint fit."""
+    evidence_of_unknown: Callable[[Workbench, Fit, Sequence[str]], UnknownEvidence]
+    law: Callable[[LawQuestion], LawResult]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -186,18 +187,14 @@ def within_reach(campaign: Campaign, model: Composition, classes: Sequence[type[
 
 
 def compile_ahead(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> None:
-    """Begin to compile, or to load, the largest program of ``examine`` and those of other base models beside what comes
-    before. What is wrong with the campaign is told when ``examine`` meets it."""
-
-    def predict() -> None:
-        with suppress(BeltError):
-            samples = samples_of(campaign)
-            others = [(m, ()) for m in _others(samples.signals, model)]
-            for one, candidates in [(model, within_reach(campaign, model, classes)), *others]:
-                forward = Forward(samples, one, candidates)
-                forward.values(forward.null()[None])
-
-    begin_in_thread(predict)
+    """Compile, or load, the largest program of ``examine`` and those of other base models. What is wrong with the
+    campaign is told when ``examine`` meets it."""
+    with suppress(BeltError):
+        samples = samples_of(campaign)
+        others = [(m, ()) for m in _others(samples.signals, model)]
+        for one, candidates in [(model, within_reach(campaign, model, classes)), *others]:
+            forward = Forward(samples, one, candidates)
+            forward.values(forward.null()[None])
 
 
 def _lay_out(campaign: Campaign, model: Composition, classes: Sequence[type[Effect]]) -> tuple[Workbench, Fit]:

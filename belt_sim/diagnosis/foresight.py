@@ -426,7 +426,15 @@ def find_doubts(
         for s in (*slips, *(e.suspicion for e in of_sheet)):
             found.append(Doubt(kind=s.kind, sentence=str(s), stops=s.severity == "stop"))
     found += [Doubt(kind="harm", sentence=s) for s in harm_warnings(campaign)]
-    found += [Doubt(kind="noise", sentence=s) for s in noisy_runs(campaign)]
+    levels: dict[str, dict[str, float]] = defaultdict(dict)
+    for record in records_of(campaign):
+        levels[record.sheet.name][record.run.name] = record.measured_noise
+    for signal, of_run in levels.items():
+        usual = float(np.median([*of_run.values()]))
+        noisy = [f"{run} ({level / usual:.2g} times)" for run, level in of_run.items() if level > NOISY * usual > 0.0]
+        if noisy:
+            where = f"in {', '.join(noisy)} than in the other runs; look at its sensor there"
+            found.append(Doubt(kind="noise", sentence=f"{signal} scatters more {where}"))
     runs, curved = campaign.runs, [r for r in campaign.runs if len(r.travel)]
     span, signs = float(rig_of(campaign).span_length), {np.sign(r.yaw) for r in runs}
     lacking = []
@@ -456,22 +464,6 @@ def find_doubts(
         if campaign.settings.yaw_u == 0.0:
             found.append(Doubt(kind="sheet", sentence="settings.yaw is not stated: every yaw counts as exact"))
     return tuple(found)
-
-
-def noisy_runs(campaign: Campaign) -> list[str]:
-    """Runs in which a signal scatters far more than in the others."""
-    levels: dict[str, dict[str, float]] = defaultdict(dict)
-    for record in records_of(campaign):
-        levels[record.sheet.name][record.run.name] = record.measured_noise
-    found = []
-    for signal, of_run in levels.items():
-        usual = float(np.median([*of_run.values()]))
-        noisy = [f"{run} ({level / usual:.2g} times)" for run, level in of_run.items() if level > NOISY * usual > 0.0]
-        if noisy:
-            found.append(
-                f"{signal} scatters more in {', '.join(noisy)} than in the other runs; look at its sensor there"
-            )
-    return found
 
 
 # The smallest size of an effect that the readings would show: seen nine times in ten, named by chance in one of twenty

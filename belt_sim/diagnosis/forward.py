@@ -27,17 +27,19 @@ from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import SensorPlace
 from belt_sim.diagnosis.samples import (
     MAX_SAMPLES,
+    SEEN_AT_REST,
     Samples,
-    check_sensor_places,
+    first_place_inside_span,
     indicate_place,
     places_of,
-    reading_at,
+    shapes_a_span,
     travel_lead,
 )
 from belt_sim.effects.base import Effect, Parameter, library
 from belt_sim.effects.generic_law import GenericLaw
+from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import PROGRAMS, WORKERS, StoredProgram, jit_float64, program_key
-from belt_sim.line.hooks import AFTER_ENGINE, apply_hook, indicate, overrides, switched, true_travel
+from belt_sim.line.hooks import AFTER_ENGINE, Hooks, apply_hook, indicate, looked_up, overrides, switched, true_travel
 from belt_sim.line.march import march_open, plan_steps
 from belt_sim.line.runup import Reading
 from belt_sim.line.spans import Composition
@@ -58,12 +60,6 @@ ONLY_WHEN_NAMED = frozenset(
         *("thickness_wedge", "idler_skew_lower", "side_drag_lower", "off_centre_load_lower"),
     )
 )
-
-
-def default_candidates(leave_out: Sequence[str] | None = None) -> dict[str, type[Effect]]:
-    """Return the library without ``leave_out`` (None: without ONLY_WHEN_NAMED), by id."""
-    excluded = ONLY_WHEN_NAMED if leave_out is None else leave_out
-    return {name: cls for name, cls in library().items() if name not in excluded}
 
 
 # A run as a parameter vector has it: effects with their numbers, and the case as it was really set.
@@ -277,10 +273,23 @@ def _one_run(
     if "tilt" in only:
         assert read.tilt is not None
         rows = [at_places(rows[0], read.tilt[:, :-1])]
-    before = yaw_at - 2.0 * spacing  # of the yaw, with which these move at once
-    stated, clock = stated.at[-1].set(before), clock.at[-1].set(before / case.settings.speed)
+    at_rest = yaw_at - 2.0 * spacing  # before the yaw, with which these move at once
+    stated, clock = stated.at[-1].set(at_rest), clock.at[-1].set(at_rest / case.settings.speed)
     for place in others:
-        y = reading_at(place, curves, case, effects, stated, clock)
+        seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, stated), case)
+        assert curves.extra is not None
+        row = curves.extra[str(place)]
+        if place.on_wrap:  # as the belt ran up, and the pulley's own way from one point to the other
+            tail = place.where == "tail_wrap"
+            around = case.rig.wrap_tail if tail else case.rig.wrap_head
+            upper, lower = (curves.y[0], curves.y[1]) if tail else (curves.y[3], curves.y[2])
+            from_upper = (case.settings.direction > 0) == tail  # where the belt runs up
+            up, off = jnp.where(from_upper, upper, lower), jnp.where(from_upper, lower, upper)
+            arc = jnp.where(from_upper, place.distance, around - place.distance)
+            share = 0.5 * (1.0 - jnp.cos(jnp.pi * arc / around))  # of the way across, for an axis that is not level
+            before = [jnp.interp(curves.travel - way, curves.travel, up) for way in (arc, around)]
+            row = row + (before[0] + share * (off - before[1]))
+        y = indicate_place(place, looked_up(curves.travel, row[None], seen)[0], case, effects, stated, seen, clock)
         rows.append((y[:-1] - y[-1])[None])
     return jnp.concatenate(rows) if len(rows) > 1 else rows[0]
 
@@ -305,7 +314,7 @@ def finish(works: Sequence[Sequence[Callable[[], None]]]) -> None:
                 done.result()
 
 
-STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``choose_step``)
+STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``workbench``)
 DIFFERENCE = 1e-5  # of a parameter's scale, over which derivatives are taken
 #: of stiffness, tension, yaw [rad], its place [m] (half a step), length, start [m]
 DIFFERENCES = (1e-5, 1e-5, 1e-8, 0.05, 1e-6, 1e-3)
@@ -332,7 +341,22 @@ class Forward:
         """terms: harmonics of linear effects that stand in the parameter vector; by default all that are resolved;
         room: as in ``room_for``, of a program for a shorter step; by default as needed."""
         self.samples, self.model, self.classes, self.step = samples, model, tuple(classes), step
-        check_sensor_places(samples, model, self.classes)
+        # a sensor at none of the points: a record may not begin with the yaw, which moves spans and wraps at once, and
+        # inside a span it would see what effects that are computed at its ends only do not say
+        places = places_of(samples)
+        late = next((r for r in samples.runs if places and (r.yaw or r.yaw_head) and r.yaw_at < SEEN_AT_REST), None)
+        if late:
+            remedy = f"begin the record {SEEN_AT_REST:g} m before it"
+            remedy = f"a sensor at = {places[0]} moves at once with the yaw: {remedy}"
+            raise InputError(f"runs.csv, {late.name}: yaw_at_m", late.yaw_at, "m", remedy)
+        inside = first_place_inside_span(samples.signals)
+        acting: Sequence[Hooks | type[Hooks]] = (*model.built_in, *self.classes)
+        unfit = [e.id for e in acting if shapes_a_span(e)]
+        if inside and unfit:
+            raise CannotRepresent(
+                f"signals at = {inside}: {unfit[0]} shapes the span between its ends, which a sensor inside it would "
+                "see; leave the effect out, take model=strip, or leave the signal out"
+            )
         # harmonics of the belt length that the lateral readings can be asked for, of every linear effect what it has
         read = np.isfinite(samples.y[:, [s.kind == "lateral" for s in samples.signals]]).sum()
         most = {c.id: (FEWEST_HARMONICS, len(c.parameters) // 2) for c in self.classes if c.is_additive()}
@@ -549,29 +573,3 @@ class Forward:
         for slot, value in zip(self.slots, vector, strict=False):
             numbers[slot.effect.id][slot.name] = float(value) * slot.scale
         return tuple(c(**numbers[c.id]) for c in self.classes if c.id in ids)
-
-
-MARCH_ERROR = 0.1  # length of the march's error, whitened over the whole campaign: noise alone has one per reading
-STEP_HALVINGS = 3
-ORDER = 4.0  # error of a step over that of half the step: the march is of second order
-
-
-def choose_step(
-    samples: Samples, model: Composition, classes: Sequence[type[Effect]], whiten: Callable[[np.ndarray], np.ndarray]
-) -> tuple[float, np.ndarray]:
-    """The longest step [m], of STEP and its halves, whose error is no longer than MARCH_ERROR, and that error (R, S, n)
-    [m or rad]; ``classes``: within reach, all null, for the program that other predictions need as well, those of steps
-    twice as long (where a wrap is longer than these) among them; ``whiten`` as in ``Metric``.
-    """
-    rig, fine = samples.cases.rig, Forward(samples, model, classes)
-    if doubles := min(np.min(rig.wrap_head), np.min(rig.wrap_tail)) > 2.0 * STEP:
-        coarse = Forward(samples, model, classes, 2.0 * STEP, room=fine.room)
-    else:
-        coarse, fine = fine, Forward(samples, model, classes, STEP / 2.0)
-    at_coarse, at_fine = (f.values(f.null()[None])[0] for f in (coarse, fine))
-    error = (at_coarse - at_fine) / (ORDER - 1.0) * (1.0 if doubles else ORDER)
-    size = float(np.linalg.norm(whiten(error)))
-    halvings = (
-        0 if size <= MARCH_ERROR else min(int(np.ceil(np.log(size / MARCH_ERROR) / np.log(ORDER))), STEP_HALVINGS)
-    )
-    return STEP / 2**halvings, ORDER**-halvings * error

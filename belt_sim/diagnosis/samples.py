@@ -12,12 +12,11 @@ from belt_sim.campaign import Campaign, Run, SignalSheet, case_of, leave_out_bad
 from belt_sim.campaign.records import reading_at_yaw
 from belt_sim.campaign.types import sensor_place
 from belt_sim.case import Case
-from belt_sim.curves import Curves, SensorPlace
+from belt_sim.curves import SensorPlace
 from belt_sim.effects.base import Effect
-from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.line.hooks import Hooks, apply_hook, looked_up, overrides, true_travel
+from belt_sim.errors import InputError
+from belt_sim.line.hooks import Hooks, apply_hook, overrides
 from belt_sim.line.runup import Reading
-from belt_sim.line.spans import Composition
 
 # A campaign's samples as arrays of one shape: runs x signals x samples, thinned where they are needlessly dense.
 
@@ -159,46 +158,10 @@ def first_place_inside_span(signals: Sequence[SignalSheet]) -> SensorPlace | Non
     return next((place for place in (sensor_place(s.at) for s in signals) if place and not place.on_wrap), None)
 
 
-def check_sensor_places(samples: Samples, model: Composition, classes: Sequence[type[Effect]]) -> None:
-    """Raise CannotRepresent where a sensor inside a span would see an effect that is computed at the ends only, and
-    InputError where a record begins with the yaw, which moves spans and wraps at once."""
-    places = places_of(samples)
-    late = next((r for r in samples.runs if places and (r.yaw or r.yaw_head) and r.yaw_at < SEEN_AT_REST), None)
-    if late:
-        remedy = f"a sensor at = {places[0]} moves at once with the yaw: begin the record {SEEN_AT_REST:g} m before it"
-        raise InputError(f"runs.csv, {late.name}: yaw_at_m", late.yaw_at, "m", remedy)
-    inside = first_place_inside_span(samples.signals)
-    acting: Sequence[Hooks | type[Hooks]] = (*model.built_in, *classes)
-    unfit = [e.id for e in acting if shapes_a_span(e)]
-    if inside and unfit:
-        raise CannotRepresent(
-            f"signals at = {inside}: {unfit[0]} shapes the span between its ends, which a sensor inside it would see; "
-            "leave the effect out, take model=strip, or leave the signal out"
-        )
-
-
 def travel_lead(place: SensorPlace, case: Case):
     """Travel [m] by which the belt passes the place before it passes the point that belongs to it; negative: after."""
     sign = 1.0 if place.where in ("upper_span", "head_wrap") else -1.0
     return sign * case.settings.direction * place.distance
-
-
-def reading_at(place: SensorPlace, curves: Curves, case: Case, effects: Sequence[Effect], shown, time):
-    """Reading [m] at encoder travels ``shown`` [m] and times [s], both (n,); curves: of ``march_open``."""
-    seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, shown), case)
-    assert curves.extra is not None
-    row = curves.extra[str(place)]
-    if place.on_wrap:  # as the belt ran up, and the pulley's own way from one point to the other
-        tail = place.where == "tail_wrap"
-        around = case.rig.wrap_tail if tail else case.rig.wrap_head
-        upper, lower = (curves.y[0], curves.y[1]) if tail else (curves.y[3], curves.y[2])
-        from_upper = (case.settings.direction > 0) == tail  # where the belt runs up
-        up, off = jnp.where(from_upper, upper, lower), jnp.where(from_upper, lower, upper)
-        arc = jnp.where(from_upper, place.distance, around - place.distance)
-        share = 0.5 * (1.0 - jnp.cos(jnp.pi * arc / around))  # of the way across, for an axis that is not level
-        before = [jnp.interp(curves.travel - way, curves.travel, up) for way in (arc, around)]
-        row = row + (before[0] + share * (off - before[1]))
-    return indicate_place(place, looked_up(curves.travel, row[None], seen)[0], case, effects, shown, seen, time)
 
 
 def indicate_place(place: SensorPlace, y, case: Case, effects: Sequence[Effect], shown, seen, time):

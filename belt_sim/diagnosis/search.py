@@ -296,7 +296,19 @@ def run_search(search: Search) -> Search:
 
     Sets are compared on one workbench: noise levels, and with them what a gain counts, differ on others.
     """
-    search = add_pairs(search, PROMISING_PAIRS)
+    # joint fits of pairs that promise more in the linear range than any effect alone
+    search = extend(search, ())
+    whiten, near, nothing = search.bench.metric.whiten, search.linearisation, search.fits[NO_EFFECTS]
+    shapes = {n: whiten(near.shapes_of(search.bench, n)) for n in search.names}
+    gains: dict[Ids, float] = {}  # where columns at null say little
+    for name, fit in search.singles.items():
+        own = max(nothing.chi2 - fit.chi2, 0.0)
+        if own > search.penalty and name in near.starts:
+            more = marginal_gains(fit, {n: s for n, s in shapes.items() if n != name})
+            gains |= {frozenset([name]): own}
+            gains |= {frozenset([name, n]): own + gain for n, gain in more.items()}
+    search = add_fits(search, leading_pairs(shapes, nothing.residual, search.penalty, PROMISING_PAIRS, gains))
+
     for _ in range(SEARCH_ROUNDS):
         best = _likeliest(search)
         ids = search.fits[best].ids
@@ -353,7 +365,10 @@ def _start_from(bench: Workbench, ids: Names, fits: Mapping[str, Fit]) -> Fit:
 
 
 def extend(search: Search, ids: Names) -> Search:
-    """The search with every other candidate added to the set ``ids``."""
+    """The search with every other candidate added to the set ``ids``.
+
+    Raises FitError where one fits worse than the set alone.
+    """
     key = frozenset(ids)
     if key in search.extended:
         return search
@@ -365,15 +380,8 @@ def extend(search: Search, ids: Names) -> Search:
         linearisation = linearise_effects(search.bench, current, others, linearisation)
     earlier = {n: f for own, f in latest.items() for n in others if n in own}
     earlier |= {n: latest[key | {n}] for n in others if key | {n} in latest}  # rather than beside other effects
-    return keep_screened(search, key, screen(search.bench, linearisation, others, search.penalty, earlier))
-
-
-def keep_screened(search: Search, key: Ids, screened: Mapping[str, Fit]) -> Search:
-    """The search after fits of the set ``key`` and one more effect each, by name: those that are converged, and better
-    than what was known, are fits of their sets.
-
-    Raises FitError where one fits worse than the set alone.
-    """
+    screened = screen(search.bench, linearisation, others, search.penalty, earlier)
+    # those that are converged, and better than what was known, are fits of their sets
     fits, starts, singles = dict(search.fits), dict(search.starts), dict(search.singles)
     for name, screened_fit in screened.items():
         fit, larger = screened_fit, frozenset(screened_fit.ids)
@@ -383,29 +391,12 @@ def keep_screened(search: Search, key: Ids, screened: Mapping[str, Fit]) -> Sear
             fits[larger] = fit
         elif fit.settled or fit.steps:  # one that ran out of rounds is nearer than null is
             starts[larger] = fit
-        gain = search.fits[key].chi2 - fit.chi2
+        gain = current.chi2 - fit.chi2
         if gain < -RISE:
             raise FitError(f"refit of {name} beside {sorted(key)}: chi2 rose by {-gain:.3g}; the optimiser failed")
         if key == NO_EFFECTS:
             singles[name] = fit
     return replace(search, fits=fits, starts=starts, extended=search.extended | {key}, singles=singles)
-
-
-def add_pairs(search: Search, count: int) -> Search:
-    """The search with joint fits of at most ``count`` pairs that promise more in the linear range than any effect
-    alone."""
-    search = extend(search, ())
-    whiten, near = search.bench.metric.whiten, search.linearisation
-    shapes = {n: whiten(near.shapes_of(search.bench, n)) for n in search.names}
-    gains: dict[Ids, float] = {}  # where columns at null say little
-    for name, fit in search.singles.items():
-        own = max(search.fits[NO_EFFECTS].chi2 - fit.chi2, 0.0)
-        if own > search.penalty and name in near.starts:
-            more = marginal_gains(fit, {n: s for n, s in shapes.items() if n != name})
-            gains |= {frozenset([name]): own}
-            gains |= {frozenset([name, n]): own + gain for n, gain in more.items()}
-    residual = search.fits[NO_EFFECTS].residual
-    return add_fits(search, leading_pairs(shapes, residual, search.penalty, count, gains))
 
 
 def move_to(search: Search, ids: Names) -> Search:

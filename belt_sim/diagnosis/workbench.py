@@ -7,7 +7,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.fit import EarlyStopping, Fit, Sides, fit_sets
-from belt_sim.diagnosis.forward import NUISANCES, Forward, choose_step, significant_harmonics
+from belt_sim.diagnosis.forward import NUISANCES, STEP, Forward, significant_harmonics
 from belt_sim.diagnosis.noise import LevelFinder, Levels, Metric, length_sigma, metric_of, nuisance_shapes
 from belt_sim.diagnosis.samples import Samples, samples_of
 from belt_sim.effects.base import Effect
@@ -71,6 +71,11 @@ class Workbench:
         return fit_sets(self.forward, self.metric, starts, find_hopeless, sides)
 
 
+MARCH_ERROR = 0.1  # length of the march's error, whitened over the whole campaign: noise alone has one per reading
+STEP_HALVINGS = 3
+ORDER = 4.0  # error of a step over that of half the step: the march is of second order
+
+
 def workbench(
     campaign: Campaign, model: Composition, classes: Sequence[type[Effect]], terms: Mapping[str, int] | None = None
 ) -> Workbench:
@@ -81,7 +86,19 @@ def workbench(
     samples = samples_of(campaign)
     still = np.zeros((1, *samples.y.shape))
     exact = metric_of(samples, Levels(), still, still)  # every setting is
-    step, error = choose_step(samples, model, classes, exact.whiten)
+    # The step is the longest, of STEP and its halves, whose error is no longer than MARCH_ERROR: with all effects null,
+    # for the program that other predictions need as well, steps twice as long among them where no wrap is shorter.
+    fine, wraps = Forward(samples, model, classes), (samples.cases.rig.wrap_head, samples.cases.rig.wrap_tail)
+    if doubles := min(map(np.min, wraps)) > 2.0 * STEP:
+        coarse = Forward(samples, model, classes, 2.0 * STEP, room=fine.room)
+    else:
+        coarse, fine = fine, Forward(samples, model, classes, STEP / 2.0)
+    at_coarse, at_fine = (f.values(f.null()[None])[0] for f in (coarse, fine))
+    error = (at_coarse - at_fine) / (ORDER - 1.0) * (1.0 if doubles else ORDER)
+    size = float(np.linalg.norm(exact.whiten(error)))
+    wanted = 0 if size <= MARCH_ERROR else int(np.ceil(np.log(size / MARCH_ERROR) / np.log(ORDER)))
+    halvings = min(wanted, STEP_HALVINGS)
+    step, error = STEP / 2**halvings, ORDER**-halvings * error
     forward = Forward(samples, model, classes, step, terms)
     null = forward.null()
     shapes, shared, values = _nuisances_at(campaign, samples, forward, null)

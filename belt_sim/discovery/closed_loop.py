@@ -48,8 +48,7 @@ def solve_loop(data: SearchData, law: Law, sizes: np.ndarray, begin: States | No
     iteration starts from.
     """
     base = data.states
-    inputs = _loop_inputs(data, law, sizes)
-    reads = _variables_read(inputs)
+    inputs, reads = _loop_inputs(data, law, sizes)
     largest = {r: float(np.abs(getattr(base, r[0])).max()) + 1e-12 for r in reads if r[0] != "reading_rate"}
     at = _state_values(begin or base, reads)
     acting = [one for one in inputs if one.channel in CHANNELS]
@@ -120,8 +119,9 @@ class LoopInput:
         return np.asarray(sum(factor * at[read] for factor, read in zip(per_end, ends, strict=True)))
 
 
-def _loop_inputs(data: SearchData, law: Law, sizes: np.ndarray) -> list[LoopInput]:
-    """The inputs of all terms at all parts of their places; sizes (F, k)."""
+def _loop_inputs(data: SearchData, law: Law, sizes: np.ndarray) -> tuple[list[LoopInput], list[PlacedVariable]]:
+    """The inputs of all terms at all parts of their places, and what they depend on, with the rate of a signal the
+    signal itself; sizes (F, k)."""
     states, found, left = data.states, list[LoopInput](), 0
     for t in law.terms:
         own, left = sizes[:, left : left + t.sizes], left + t.sizes  # (F, 1), of a wave (F, 2)
@@ -145,7 +145,8 @@ def _loop_inputs(data: SearchData, law: Law, sizes: np.ndarray) -> list[LoopInpu
                     factor = factor * _shape_values(t.form, x)
                     factor = states.changes[relative].per_end(factor, roll) if relative else factor
             found.append(LoopInput(states, t, channel, part, factor))
-    return found
+    reads = dict.fromkeys(read for one in found for read in one.reads)
+    return found, list(dict.fromkeys([*reads, *(("reading", k) for name, k in reads if name == "reading_rate")]))
 
 
 def _shape_values(form: Form, x: np.ndarray) -> np.ndarray:
@@ -154,12 +155,6 @@ def _shape_values(form: Form, x: np.ndarray) -> np.ndarray:
         knee = np.ravel(np.asarray(form.knee))
         return stop(np.broadcast_to(x, (len(x), max(x.shape[1], len(knee)), x.shape[2])), knee)
     return form.shape_value(x, None, np)
-
-
-def _variables_read(inputs: Sequence[LoopInput]) -> list[PlacedVariable]:
-    """What some inputs depend on; with the rate of a signal the signal itself."""
-    found = dict.fromkeys(read for one in inputs for read in one.reads)
-    return list(dict.fromkeys([*found, *(("reading", where) for name, where in found if name == "reading_rate")]))
 
 
 def _state_values(states: States, reads: Iterable[PlacedVariable]) -> dict[PlacedVariable, np.ndarray]:
@@ -356,8 +351,8 @@ def states_with(data: SearchData, acting: ClosedLoopFit | LatentInput) -> States
     """All states with a law at work, whatever it reads, or with the mean of a latent input."""
     states = data.states
     if isinstance(acting, ClosedLoopFit):
-        terms = _loop_inputs(data, acting.law, acting.sizes[None])
-        at = _state_values(acting.states, _variables_read(terms))
+        terms, read = _loop_inputs(data, acting.law, acting.sizes[None])
+        at = _state_values(acting.states, read)
         inputs = [(one.channel, one.value(at)) for one in terms if one.channel in CHANNELS]
     else:
         place, u = acting.place, acting.inputs(states.s)

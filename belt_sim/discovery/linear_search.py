@@ -75,7 +75,11 @@ def form_products(
         blocks = data.compute_once(kind, partial(_blocks, data, alike[0], at_once), data.states)
         for channel in {channel for place in alike for channel, _ in place.parts} - set(targets.channels):
             targets.channels[channel] = data.design[channel].swapaxes(0, 1) @ targets.double
-        along = [_sum_of_parts(data, place, targets.channels.__getitem__) for place in alike]
+        along = list[np.ndarray]()  # (R, J, q), for an input that all parts of a place share
+        for place in alike:
+            own = [(np.asarray(data.states.channel_gain(place, *part), dtype=float), part[0]) for part in place.parts]
+            parts = (targets.channels[channel] * (gain[..., None] if gain.ndim else gain) for gain, channel in own)
+            along.append(np.asarray(sum(parts)))
         found = [list[Products]() for _ in alike]
         for block in blocks:
             for place, onto, products in zip(alike, along, found, strict=True):
@@ -88,8 +92,8 @@ def form_products(
                 # what acts on what is bent, and shown, is another beside every state
                 within = data.states if place.relative or place.name == "travel" else None
                 lengths = partial(_plain_lengths, data, place, block, inputs)
-                own, cross = data.compute_once(("lengths", place.name, block), lengths, within)
-                products.append(Products(inputs @ onto, own, cross, block.waves))
+                squares, cross = data.compute_once(("lengths", place.name, block), lengths, within)
+                products.append(Products(inputs @ onto, squares, cross, block.waves))
         forms = [f for block in blocks for f in block.forms]
         yield from zip(alike, [forms] * len(alike), found, strict=True)
 
@@ -139,15 +143,6 @@ def _plain_lengths(data: SearchData, place: Place, block: Block, inputs: np.ndar
             exact = sum(data.design[c][:, r] * gain[r, :, None] for (c, _), gain in zip(place.parts, own, strict=True))
             found[r, faint] = some @ exact
     return _lengths(found, block.waves)
-
-
-def _sum_of_parts(data: SearchData, place: Place, of_channel: Callable[[str], np.ndarray]) -> np.ndarray:
-    """Sum (R, J, ...) over the parts of a place of ``of_channel`` (R, J, ...) for an input that all parts share."""
-    found: Any = 0.0
-    for channel, part in place.parts:
-        gain = np.asarray(data.states.channel_gain(place, channel, part), dtype=float)
-        found = found + of_channel(channel) * (gain[..., None] if gain.ndim else gain)
-    return np.asarray(found)
 
 
 def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:

@@ -7,9 +7,9 @@ import pytest
 from small_campaign import MODEL, bench
 
 from belt_sim.campaign import Quantity
-from belt_sim.diagnosis.forward import MARCH_ERROR, STEP, Forward
+from belt_sim.diagnosis.forward import STEP, Forward
 from belt_sim.diagnosis.noise import metric_of
-from belt_sim.diagnosis.workbench import workbench
+from belt_sim.diagnosis.workbench import MARCH_ERROR, workbench
 from belt_sim.units import MM
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_RIG, TEST_TENSIONS, TEST_YAWS, Noise, Plan, grid

@@ -11,7 +11,7 @@ from belt_sim.diagnosis.fit import Fit, fit_sets
 from belt_sim.diagnosis.forward import Slot
 from belt_sim.diagnosis.linearisation import Linearisation
 from belt_sim.diagnosis.plausibility import has_diverged
-from belt_sim.diagnosis.search import NO_EFFECTS, Search, add_fits, fit_best, keep_screened, move_to
+from belt_sim.diagnosis.search import NO_EFFECTS, Search, add_fits, extend, fit_best, move_to
 
 SHARP = 100.0  # sigmas a unit of the curve: where it stops, the rest of chi2 is below the tolerance of 0.02
 
@@ -150,7 +150,7 @@ class Sliding:
     metric = SimpleNamespace(whiten=lambda rows: rows)
     slot = Slot(SimpleNamespace(id="a", parameters={"size": NUMBER}), "size")
     sides = np.full(1, -np.inf), np.full(1, np.inf)
-    forward = SimpleNamespace(null=lambda: np.zeros(1), index=lambda name: [0], slots=[slot], sides=sides)
+    forward = SimpleNamespace(null=lambda: np.zeros(1), index=lambda _: [0], slots=[slot], sides=sides, classes=())
 
     def moved_to(self, vector):
         return Sliding(float(vector[0]))
@@ -193,11 +193,13 @@ class Slow(Sliding):
 
 
 @pytest.mark.parametrize("moves", [0, 1, 2])
-def test_what_a_search_has_found_is_not_looked_for_anew(moves):
+def test_what_a_search_has_found_is_not_looked_for_anew(moves, monkeypatch):
     """Neither because it ran out of rounds, nor because settings moved twice before anybody asked for it."""
     search = add_fits(Search(bench=Slow(), linearisation=NOWHERE), [()])
+    search = replace(search, linearisation=Linearisation(search.fits[NO_EFFECTS], {}))
     found = Fit(ids=("a",), free=[0], vector=np.array([9.0]), chi2=1.0, steps=24)
-    search = keep_screened(search, NO_EFFECTS, {"a": found})
+    monkeypatch.setattr("belt_sim.diagnosis.search.screen", lambda *_: {"a": found})
+    search = extend(search, ())
     for _ in range(moves):
         search = move_to(search, ())
     fits = add_fits(search, [(), ("a",)]).fits

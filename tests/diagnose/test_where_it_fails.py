@@ -1,6 +1,7 @@
 """The sentences that say where a model fails."""
 
 from dataclasses import fields, replace
+from statistics import NormalDist
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,7 +9,9 @@ import pytest
 from linear_bench import REPEATS, WHITE
 
 from belt_sim.diagnosis.describe import look_of_residual
-from belt_sim.diagnosis.errors import Cell, family_k, locate_failure
+from belt_sim.diagnosis.errors import Cell, locate_failure
+
+OF_THREE = NormalDist().inv_cdf(1.0 - 0.025 / 3)  # sigmas that none of three normal errors exceeds, with 95 %
 
 
 def cell(tension: float, ratio: float, **more) -> Cell:
@@ -30,9 +33,12 @@ def crossing(low: float, high: float, before: float, after: float, k: float) -> 
     return low * (k / before) ** (1 / exponent)
 
 
-def test_many_cells_need_more_than_one():
-    assert family_k(1) == pytest.approx(1.96, abs=0.05)
-    assert family_k(1) < family_k(10) < family_k(100) < 5.0
+@pytest.mark.parametrize(("count", "k"), [(1, 1.96), (3, OF_THREE), (10, 2.81), (100, 3.48)])
+def test_many_cells_need_more_than_one(count, k):
+    """The largest of so many normal errors is beyond k sigma once in twenty campaigns."""
+    for ratio, said in ((k - 0.01, "Nowhere beyond the uncertainty"), (k + 0.01, "Worst in y1")):
+        where = locate_failure([cell(7, ratio)] + [cell(7, 0.1)] * (count - 1), "Model strip")
+        assert where.sentence.startswith(said)
 
 
 def test_the_angle_that_is_lacking_where_no_run_has_a_reading(recwarn):
@@ -48,7 +54,7 @@ def test_the_angle_that_is_lacking_where_no_run_has_a_reading(recwarn):
 
 def test_a_model_that_fails_where_the_belt_is_slack():
     where = locate_failure([cell(7, 12.0), cell(14, 6.0), cell(28, 1.0)], "Model strip")
-    at = crossing(14, 28, 6.0, 1.0, family_k(3))
+    at = crossing(14, 28, 6.0, 1.0, OF_THREE)
     assert where.boundary == pytest.approx(at * 1e6)
     assert where.boundary_sentence.startswith(f"Model strip is off below {at:.3g} N/mm2: rely on it above only")
     assert "measured at 7 to 28 N/mm2" in where.boundary_sentence
@@ -56,7 +62,7 @@ def test_a_model_that_fails_where_the_belt_is_slack():
 
 def test_a_model_that_fails_where_the_belt_is_tight():
     where = locate_failure([cell(7, 1.0), cell(14, 1.0), cell(28, 6.0)], "Model strip")
-    at = crossing(14, 28, 1.0, 6.0, family_k(3))
+    at = crossing(14, 28, 1.0, 6.0, OF_THREE)
     assert where.boundary == pytest.approx(at * 1e6)
     assert where.boundary_sentence.startswith(f"Model strip is off above {at:.3g} N/mm2: rely on it below only")
 

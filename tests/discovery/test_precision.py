@@ -5,7 +5,7 @@ import pytest
 from small_discovery import fitted, surveyed
 
 from belt_sim.diagnosis.linearisation import draw_noise
-from belt_sim.discovery.linear_search import Targets, _sum_of_parts, form_inputs, form_products
+from belt_sim.discovery.linear_search import Targets, form_inputs, form_products
 from belt_sim.discovery.responses import single_precision
 from belt_sim.discovery.search_data import INPUT_LENGTHS
 
@@ -28,7 +28,8 @@ def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
     for name in ("yaw_both", "turn_tail", "sensor_y1"):
         place = next(p for p in data.places if p.name == name)
         ((_, forms, blocks),) = form_products(data, [place], Targets(data.projector.residual[None]))
-        exact = _sum_of_parts(data, place, lambda c: data.design[c].swapaxes(0, 1))
+        gains = [np.asarray(data.states.channel_gain(place, *part), dtype=float)[..., None] for part in place.parts]
+        exact = sum(data.design[c].swapaxes(0, 1) * gain for (c, _), gain in zip(place.parts, gains, strict=True))
         for block in blocks:
             own, forms = forms[: len(block.own) - len(block.waves)], forms[len(block.own) - len(block.waves) :]
             if any(f.reads_belt or f.is_carried for f in own):

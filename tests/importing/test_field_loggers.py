@@ -13,9 +13,10 @@ from rich.prompt import Confirm, Prompt
 from belt_sim.api.campaigns import draft_text, noise_tables
 from belt_sim.campaign import read_campaign
 from belt_sim.commands.campaigns import ask_in_terminal
-from belt_sim.diagnosis.foresight import noisy_runs
+from belt_sim.diagnosis.foresight import find_doubts
 from belt_sim.errors import BeltError
 from belt_sim.importing import read, understand, write
+from belt_sim.model import MODELS
 
 RUN = {"tension": "10 N/mm2", "yaw": "-0.73 mrad"}
 L = log(length=10.0)
@@ -102,7 +103,8 @@ def test_the_white_noise_of_each_run_is_shown(tmp_path):
     proposal = understand(read(sorted(tmp_path.glob("r*.csv"))), mapping)
     shown = [float(row[1]) for row in noise_tables(proposal)[1].rows]
     assert shown == pytest.approx([0.02, 0.08, 0.02], rel=0.25)  # 600 readings show a level to 6 %
-    (said,) = noisy_runs(proposal.complete())
+    doubts = find_doubts(proposal.complete(), MODELS["strip"], planned=True)
+    (said,) = [d.sentence for d in doubts if d.kind == "noise"]
     assert "y1 scatters more in r1 (" in said
 
 
