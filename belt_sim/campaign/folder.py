@@ -349,19 +349,15 @@ def read_campaign(folder: str | Path) -> Campaign:
     Raises:
         CampaignError: with every violation found.
     """
-    return _read(folder)[0]
+    return read_begun(folder, whole=True)[0]
 
 
-def read_begun(folder: str | Path) -> tuple[Campaign, tuple[Run, ...]]:
+def read_begun(folder: str | Path, *, whole: bool = False, measured: bool = True) -> tuple[Campaign, tuple[Run, ...]]:
     """Return the measured runs of a folder as a campaign, and the runs that have no data yet.
 
-    Raises CampaignError with every violation, except that some (not all) runs may lack data.
+    whole: refuse runs without data; measured: read the data. Raises CampaignError with every violation, except that
+    some (not all) runs may lack data.
     """
-    return _read(folder, whole=False)
-
-
-def _read(folder: str | Path, *, whole: bool = True, measured: bool = True) -> tuple[Campaign, tuple[Run, ...]]:
-    """Return the campaign and its runs without data; whole: refuse such runs; measured: read the data."""
     folder = campaign_folder(folder)
     problems: list[Problem] = []
     contents = contents_of(folder, problems, measured=measured)
@@ -468,7 +464,7 @@ def read_plan(folder: str | Path, *, travel: float, step: float) -> Campaign:
 
     All readings are 0 and have no meaning. Raises CampaignError with every violation.
     """
-    sheet, planned = _read(folder, whole=False, measured=False)
+    sheet, planned = read_begun(folder, measured=False)
     runs = []
     for run in planned:
         way = np.arange(0.0, run.yaw_at + travel + step / 2.0, step)
@@ -489,7 +485,29 @@ def write_campaign(
     files and keeps all others. A campaign that the reader would refuse raises CampaignError; nothing is left.
     instead: name -> text of files that are written as they are: a sheet with comments, or files of other kinds.
     """
-    return put_folder(_texts(campaign) | dict(instead or {}), folder, overwrite=overwrite, check=read_campaign)
+    sheet = yaml.safe_dump(
+        sheet_tree(campaign), sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=None
+    )
+    texts = {"campaign.yaml": sheet, "runs.csv": runs_text(campaign.runs)}
+    # the columns of signals.csv are signals that any run has, and time_s where any has it
+    recorded = [run for run in campaign.runs if len(run.travel)]
+    if recorded:
+        used = [signal for signal in campaign.signals if any(signal.name in run.signals for run in recorded)]
+        timed = any(run.time is not None for run in recorded)
+        rows = [",".join(["run", "travel_m", *(["time_s"] if timed else []), *(signal.name for signal in used)])]
+        for run in recorded:
+            blank = np.full(len(run.travel), np.nan)
+            columns = [[run.name] * len(run.travel), _cells(run.travel - run.counted_from)]
+            if timed:
+                columns.append(_cells(blank if run.time is None else run.time))
+            columns += [_cells(run.signals.get(s.name, blank), UNITS[s.unit][1]) for s in used]
+            rows.extend(",".join(row) for row in zip(*columns, strict=True))
+        texts["signals.csv"] = "\n".join([*rows, ""])
+    if campaign.steady:
+        header = ",".join(("run", *RATES, "u_rate"))
+        rows = [",".join([r.run, *_cells(np.array([*r.rates, r.u]), MM_PER_M)]) for r in campaign.steady]
+        texts["steady.csv"] = "\n".join([header, *rows, ""])
+    return put_folder(texts | dict(instead or {}), folder, overwrite=overwrite, check=read_campaign)
 
 
 def put_folder(
@@ -531,32 +549,6 @@ def put_folder(
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
     return back
-
-
-def _texts(campaign: Campaign) -> dict[str, str]:
-    """The files of a campaign; signals.csv has columns of the signals that any run has, and time_s where any has it."""
-    sheet = yaml.safe_dump(
-        sheet_tree(campaign), sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=None
-    )
-    texts = {"campaign.yaml": sheet, "runs.csv": runs_text(campaign.runs)}
-    recorded = [run for run in campaign.runs if len(run.travel)]
-    if recorded:
-        used = [signal for signal in campaign.signals if any(signal.name in run.signals for run in recorded)]
-        timed = any(run.time is not None for run in recorded)
-        rows = [",".join(["run", "travel_m", *(["time_s"] if timed else []), *(signal.name for signal in used)])]
-        for run in recorded:
-            blank = np.full(len(run.travel), np.nan)
-            columns = [[run.name] * len(run.travel), _cells(run.travel - run.counted_from)]
-            if timed:
-                columns.append(_cells(blank if run.time is None else run.time))
-            columns += [_cells(run.signals.get(s.name, blank), UNITS[s.unit][1]) for s in used]
-            rows.extend(",".join(row) for row in zip(*columns, strict=True))
-        texts["signals.csv"] = "\n".join([*rows, ""])
-    if campaign.steady:
-        header = ",".join(("run", *RATES, "u_rate"))
-        rows = [",".join([r.run, *_cells(np.array([*r.rates, r.u]), MM_PER_M)]) for r in campaign.steady]
-        texts["steady.csv"] = "\n".join([header, *rows, ""])
-    return texts
 
 
 def sheet_tree(campaign: Campaign) -> dict[str, Any]:

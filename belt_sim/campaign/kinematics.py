@@ -17,6 +17,7 @@ from belt_sim.campaign.records import (
     Record,
     Severity,
     Suspicion,
+    SuspicionKind,
     counted_from_yaw,
     pairs_at,
     records_of,
@@ -270,32 +271,30 @@ def _judge(leads: list[Lead], span: float) -> list[Suspicion]:
             stated = abs(lead.yaw) / float(np.median(others)) if others else 1.0
             implied, stated = (abs(math.log(max(x, 1e-300))) for x in (stated * abs(lead.lead), stated))
             certain = implied < math.log(ALIKE_LEADS) <= stated
-        found.append(_odd_lead(lead, "stop" if certain else "look"))
+        # what it could come from
+        run, names = lead.tail.run, (lead.tail.sheet.name, lead.head.sheet.name)
+        kind: SuspicionKind = "wrong_sign"
+        concerned: tuple[str, ...] = ()
+        times = f"{lead.lead + 0.0:.2g} times what the yaw of {math.degrees(lead.yaw):.3g} deg gives"
+        sentence = f"{' and '.join(names)} differ by {times} in the end"
+        if run.run_in > 0.0 and run.travel[0] >= run.yaw_at:  # no reading shows the belt before its yaw
+            given = f"what the yaw of {math.degrees(lead.yaw):.3g} deg, set when the record began, gives"
+            kind, sentence = "running_start", f"{' and '.join(names)} differ by {lead.lead:.2g} times {given}"
+            sentence += ": it was on before (yaw_at_m below 0, or run_in_m: unknown), or else the two columns are"
+            sentence += " exchanged, or a sign or a unit is another"
+        elif not LOW < abs(lead.lead) < HIGH:
+            kind, sentence = "unit_slip", f"{sentence}: the yaw or the readings are in another unit"
+        elif lead.drift > 0.0:
+            kind, concerned = "swapped", names
+            sentence += ", though they move to its side: the two columns are exchanged"
+            sentence += ", or the yaw was on before the record (run_in_m)" if run.travel[0] >= run.yaw_at else ""
+            sentence += ", or the yaw has the wrong sign"
+        else:
+            sentence += ", and they move away from its side: the yaw or the readings have the wrong sign"
+        found.append(Suspicion(run.name, concerned, kind, sentence, "stop" if certain else "look"))
     if len(found) == len(leads) > 1 and len({s.kind for s in found}) == 1:
         return [replace(found[0], run=None, sentence=f"in every run: {found[0].sentence}")]
     return found
-
-
-def _odd_lead(lead: Lead, severity: Severity) -> Suspicion:
-    """Return what a lead that no belt has could come from."""
-    run, names = lead.tail.run, (lead.tail.sheet.name, lead.head.sheet.name)
-    if run.run_in > 0.0 and run.travel[0] >= run.yaw_at:  # no reading shows the belt before its yaw
-        given = f"what the yaw of {math.degrees(lead.yaw):.3g} deg, set when the record began, gives"
-        sentence = f"{' and '.join(names)} differ by {lead.lead:.2g} times {given}: it was on before (yaw_at_m below 0,"
-        sentence += " or run_in_m: unknown), or else the two columns are exchanged, or a sign or a unit is another"
-        return Suspicion(run.name, (), "running_start", sentence, severity)
-    times = f"{lead.lead + 0.0:.2g} times what the yaw of {math.degrees(lead.yaw):.3g} deg gives"
-    seen = f"{' and '.join(names)} differ by {times} in the end"
-    if not LOW < abs(lead.lead) < HIGH:
-        sentence = f"{seen}: the yaw or the readings are in another unit"
-        return Suspicion(run.name, (), "unit_slip", sentence, severity)
-    if lead.drift > 0.0:
-        sentence = f"{seen}, though they move to its side: the two columns are exchanged"
-        sentence += ", or the yaw was on before the record (run_in_m)" if run.travel[0] >= run.yaw_at else ""
-        sentence += ", or the yaw has the wrong sign"
-        return Suspicion(run.name, names, "swapped", sentence, severity)
-    sentence = f"{seen}, and they move away from its side: the yaw or the readings have the wrong sign"
-    return Suspicion(run.name, (), "wrong_sign", sentence, severity)
 
 
 def _turned_column(leads: list[Lead], span: float) -> list[Suspicion]:
@@ -409,15 +408,25 @@ def check_guide(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
     returns it to zero against the yaw, or lets it oscillate for ever. A curved belt edge also oscillates, but with the
     belt's revolution and alike in all runs; it is subtracted first.
     """
-    span, found = float(rig_of(campaign).span_length), []
+    span, length, found = float(rig_of(campaign).span_length), float(rig_of(campaign).belt_length), []
     for name in dict.fromkeys(r.sheet.name for r in records if r.sheet.kind == "lateral"):
         judged = []  # does a run return to zero after an early peak on the side of the yaw, and does it oscillate?
-        for record in _subtract_edge(campaign, [r for r in records if r.sheet.name == name]):
+        own, rest, left, waves = [r for r in records if r.sheet.name == name], [], [], dict[int, np.ndarray]()
+        for r in (r for r in own if r.travel[-1] > ROUNDS * length):  # the edge's periodic profile, which all share
+            place = r.run.direction * (r.travel + r.run.yaw_at)
+            phases = 2.0 * np.pi / length * place[:, None] * np.arange(1, BELT_HARMONICS + 1)
+            waves[id(r)] = wave = np.concatenate([np.cos(phases), np.sin(phases)], axis=1)
+            drift = np.linalg.qr(np.vander(r.travel / r.travel[-1], DRIFT_DEGREE + 1))[0]
+            rest.append(wave - drift @ (drift.T @ wave))
+            left.append(r.readings - drift @ (drift.T @ r.readings))
+        edge = np.linalg.lstsq(np.concatenate(rest), np.concatenate(left), rcond=None)[0] if waves else None
+        for record in own:
             run, error, s = record.run, record.drift_error, record.travel
+            readings = record.readings - waves[id(record)] @ edge if id(record) in waves else record.readings
             if run.yaw == 0.0 or len(s) <= 24 or s[-1] <= GUIDED_SPANS * span or s[0] >= GUIDED_EARLY * s[-1]:
                 continue
-            width = max(1, len(record.readings) // 50)
-            padded = np.pad(record.readings, (width // 2, width - 1 - width // 2), mode="edge")
+            width = max(1, len(readings) // 50)
+            padded = np.pad(readings, (width // 2, width - 1 - width // 2), mode="edge")
             y = np.convolve(padded, np.full(width, 1.0 / width), mode="valid")
             if (largest := float(np.abs(y).max())) <= CLEAR_SWING * error:
                 continue
@@ -442,20 +451,3 @@ def check_guide(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
             sentence += " in nearly all runs: a guide seems to steer the belt; switch it off, or record"
             found.append(Suspicion(None, (name,), "guided", f"{sentence} what it does as yaw in runs.csv"))
     return found
-
-
-def _subtract_edge(campaign: Campaign, records: list[Record]) -> list[Record]:
-    """Subtract from the records of one signal the periodic edge profile that all runs share."""
-    length = float(rig_of(campaign).belt_length)
-    rest, left, waves = [], [], dict[int, np.ndarray]()
-    for r in (r for r in records if r.travel[-1] > ROUNDS * length):
-        place = r.run.direction * (r.travel + r.run.yaw_at)
-        phases = 2.0 * np.pi / length * place[:, None] * np.arange(1, BELT_HARMONICS + 1)
-        waves[id(r)] = wave = np.concatenate([np.cos(phases), np.sin(phases)], axis=1)
-        drift = np.linalg.qr(np.vander(r.travel / r.travel[-1], DRIFT_DEGREE + 1))[0]
-        rest.append(wave - drift @ (drift.T @ wave))
-        left.append(r.readings - drift @ (drift.T @ r.readings))
-    if not waves:
-        return records
-    edge = np.linalg.lstsq(np.concatenate(rest), np.concatenate(left), rcond=None)[0]
-    return [replace(r, readings=r.readings - waves[id(r)] @ edge) if id(r) in waves else r for r in records]

@@ -285,32 +285,6 @@ def check_starts(
     return found
 
 
-def check_places_across(campaign: Campaign) -> list[Suspicion]:
-    """Return a place y0 off the middle of the pulleys that no belt has that lies on them, the largest of all runs."""
-    width = campaign.belt.width.value
-    far = [(run.y0, run.name) for run in campaign.runs if run.y0 is not None and abs(run.y0) > 0.5 * width]
-    if not far:
-        return []
-    y0, name = max(far, key=lambda place: abs(place[0]))
-    sentence = f"the belt stands y0 = {y0 / MM:.4g} mm off the middle of the pulleys, which is {abs(y0) / width:.3g}"
-    sentence += " times its width: y0_mm in runs.csv counts from there"
-    sentence += f" (so in {len(far)} of {len(campaign.runs)} runs)" if len(far) > 1 else ""
-    return [Suspicion(name, (), "shifted", sentence, "stop" if abs(y0) > width else "look")]
-
-
-def check_copies(records: list[Record]) -> list[Suspicion]:
-    """Return runs that hold the readings of another run."""
-    found, seen = [], dict[tuple[str, bytes], str]()
-    for record in records:
-        if len(np.unique(record.readings)) < FEWEST_READINGS:
-            continue
-        first = seen.setdefault((record.sheet.name, record.readings.tobytes()), record.run.name)
-        if first != record.run.name:
-            sentence = f"has the very readings of run {first}: one of the two was copied; leave it out"
-            found.append(Suspicion(record.run.name, (record.sheet.name,), "same_place", sentence))
-    return found
-
-
 def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     """Return everything that looks like a slip of the hand or a broken sensor, severity "stop" first.
 
@@ -326,7 +300,15 @@ def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     campaign, left_out = leave_out_bad_readings(campaign)
     records = records_of(campaign)
     broken = [s for record in records for s in check_record(record)]
-    found = [*left_out, *broken, *gaps, *check_copies(records), *check_travel(campaign)]
+    found, seen = [*left_out, *broken, *gaps], dict[tuple[str, bytes], str]()
+    for record in records:  # runs that hold the readings of another run
+        if len(np.unique(record.readings)) < FEWEST_READINGS:
+            continue
+        first = seen.setdefault((record.sheet.name, record.readings.tobytes()), record.run.name)
+        if first != record.run.name:
+            sentence = f"has the very readings of run {first}: one of the two was copied; leave it out"
+            found.append(Suspicion(record.run.name, (record.sheet.name,), "same_place", sentence))
+    found += check_travel(campaign)
     sound = others(records, broken)
     found += check_noise(sound)
     sound = counted_from_yaw(others(sound, [s for s in found if s.kind == "unit_slip"]))
@@ -337,7 +319,18 @@ def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
     for turned in check_signs(sound):  # unless a suspicion that is known explains it too
         if not any(k.run in (None, turned.run) and (not k.signals or {*turned.signals} <= {*k.signals}) for k in known):
             found.append(turned)
-    found += [*check_wraps(campaign, sound), *check_places(campaign, sound), *check_places_across(campaign)]
+    found += [*check_wraps(campaign, sound), *check_places(campaign, sound)]
+    # the largest place y0 off the middle of the pulleys that no belt has that lies on them
+    width = campaign.belt.width.value
+    far = [(run.y0, run.name) for run in campaign.runs if run.y0 is not None and abs(run.y0) > 0.5 * width]
+    if far:
+        y0, name = max(far, key=lambda place: abs(place[0]))
+        sentence = (
+            f"the belt stands y0 = {y0 / MM:.4g} mm off the middle of the pulleys, which is {abs(y0) / width:.3g}"
+        )
+        sentence += " times its width: y0_mm in runs.csv counts from there"
+        sentence += f" (so in {len(far)} of {len(campaign.runs)} runs)" if len(far) > 1 else ""
+        found.append(Suspicion(name, (), "shifted", sentence, "stop" if abs(y0) > width else "look"))
     if not any(s.severity == "stop" for s in found):
         found += check_guide(campaign, sound)
     return tuple(sorted(found, key=lambda s: s.severity != "stop"))

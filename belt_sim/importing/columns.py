@@ -473,11 +473,13 @@ def _resolve(column: Column, taken: list[str]) -> Column:
     at = (entry.at or column.at) if role == "signal" else ""
     if entry.at and role == "ignore":
         raise InputError(f"{where}.role", role, "", "leave it out (or role: signal) where at says what it measures")
-    if at and kind_at(at) is None:
+    kind = kind_at(at)
+    if at and kind is None:
         raise InputError(f"{where}.at", at, "", f"{did_you_mean(at, PLACES)}, or {ELSEWHERE_EXAMPLE}")
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
-    if not (kinds := kinds_of_unit(role, at)):
+    kinds = (SIGNAL_DIMENSION[kind],) if kind else ROLES[role].dimensions  # of unit that it may have
+    if not kinds:
         return replace(column, role=role, unit="", at="", asked="")
 
     own, unit = (scaled_unit(entry.unit) if entry.unit else None) or (1.0, entry.unit)
@@ -515,12 +517,6 @@ def _is_stroke(column: Column, role: str) -> bool:
     """Whether a yaw stands as a length, as a cylinder's stroke does; its lever is a factor in 1/m."""
     is_length = UNITS.get(column.stated_unit, ("",))[0] == "length"
     return role in ("yaw", "yaw_head") and column.entry.unit is None and is_length
-
-
-def kinds_of_unit(role: str, at: str) -> tuple[str, ...]:
-    """Kinds of unit that a column may have: of a signal whose place is known, one."""
-    kind = kind_at(at)
-    return (SIGNAL_DIMENSION[kind],) if kind else ROLES[role].dimensions
 
 
 def rises(column: Column) -> bool:
@@ -617,7 +613,9 @@ def _open_questions(column: Column, table: LoggedTable) -> Iterator[Question]:
         yield ask("use", (*column.open_use, *more), shown=shown, several=several, **words)
     if column.is_lost and not entry.role:
         yield ask("texts", cell=quote(next(filter(None, column.labels))), **words)
-    if (kinds := kinds_of_unit(column.role, column.at)) and not column.unit:
+    kind = kind_at(column.at)
+    kinds = (SIGNAL_DIMENSION[kind],) if kind else ROLES[column.role].dimensions
+    if kinds and not column.unit:
         there = column.numbers
         words["numbers"] = f" ({there[0]:.6g} to {there[-1]:.6g})" if len(there) else ""
         usual, units = USUAL_UNITS[kinds[0]], [u for u in NAMES if UNITS[u][0] in kinds]

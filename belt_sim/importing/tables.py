@@ -12,7 +12,7 @@ import io
 import re
 import zipfile
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, time, timedelta
 from itertools import chain, count, product
@@ -297,12 +297,28 @@ def _read_file(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
         mark = "comma" if layout.decimal == "," else "point"
         remark = f"{encoding}, {SEPARATORS[layout.separator]}, decimal {mark}, {header}, "
         return [_table(file, "", lines, layout, remark, form)]
+    try:
+        with zipfile.ZipFile(file) as packed:
+            size = sum(info.file_size for info in packed.infolist())
+        if size > LARGEST_WORKBOOK:
+            raise refusal(file, f"unpacks to {size / 1e9:.1f} GB; export the sheet as CSV")
+        sheets = pd.read_excel(file, sheet_name=None, header=None, dtype=object, engine="openpyxl")
+    except (BeltError, MemoryError):
+        raise
+    except Exception as error:  # whatever its reader finds in XML that is cut, swollen or overflows
+        cause = " ".join(str(error).split())[:120]
+        raise refusal(file, f"is no Excel workbook that can be read ({cause}); save it as .xlsx or CSV") from None
     found = []
-    for sheet, lines in _sheets(file):
+    for sheet, cells in sheets.items():
+        texts = cells.map(_cell_text)
+        texts = texts.loc[:, (texts != "").any()]
+        written = io.StringIO()  # its rows as lines of cells that are separated by tabs
+        csv.writer(written, delimiter="\t", lineterminator="\n").writerows(texts.to_numpy().tolist())
+        lines = written.getvalue().split("\n")
         layout = layout_of(lines[:HEAD_LINES], {**form, "separator": "\t"})
         if layout is not None:
             table = _table(file, f" [{sheet}]", lines, layout, "", form)
-            found.append(replace(table, name=sheet))
+            found.append(replace(table, name=str(sheet)))
     if not found:
         raise refusal(file, "holds no sheet with a table of numbers; is it the right workbook?")
     return [replace(found[0], name=file.stem)] if len(found) == 1 else found
@@ -343,27 +359,6 @@ def _text_lines(file: Path, data: bytes, stated: str | None) -> tuple[list[str],
     if longest > LONGEST_LINE:
         raise refusal(file, f"has a line of {longest} characters; is it a table?")
     return lines, encoding
-
-
-def _sheets(file: Path) -> Iterator[tuple[str, list[str]]]:
-    """Every sheet of a workbook: its name, and its rows as lines of cells that are separated by tabs."""
-    try:
-        with zipfile.ZipFile(file) as packed:
-            size = sum(info.file_size for info in packed.infolist())
-        if size > LARGEST_WORKBOOK:
-            raise refusal(file, f"unpacks to {size / 1e9:.1f} GB; export the sheet as CSV")
-        sheets = pd.read_excel(file, sheet_name=None, header=None, dtype=object, engine="openpyxl")
-    except (BeltError, MemoryError):
-        raise
-    except Exception as error:  # whatever its reader finds in XML that is cut, swollen or overflows
-        cause = " ".join(str(error).split())[:120]
-        raise refusal(file, f"is no Excel workbook that can be read ({cause}); save it as .xlsx or CSV") from None
-    for name, cells in sheets.items():
-        texts = cells.map(_cell_text)
-        texts = texts.loc[:, (texts != "").any()]
-        written = io.StringIO()
-        csv.writer(written, delimiter="\t", lineterminator="\n").writerows(texts.to_numpy().tolist())
-        yield str(name), written.getvalue().split("\n")
 
 
 def _cell_text(value: Any) -> str:

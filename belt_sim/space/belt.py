@@ -15,7 +15,7 @@ import numpy as np
 
 from belt_sim.case import Case, pytree
 from belt_sim.case import Numbers as Array
-from belt_sim.scene_parts import GuideRoller, Push, SceneParts
+from belt_sim.scene_parts import SceneParts
 from belt_sim.space.elastic import SlidingStiffness, Ties, TwistStiffness, read_sliding_stiffness
 from belt_sim.space.loop import sink_chords
 from belt_sim.space.options import is_limp
@@ -168,11 +168,18 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures, inertia: np.ndarra
     ties, belt, guides, loads = _ties(scene), case.belt, None, None
     if features.cambered:
         ties = ties._replace(natural=np.broadcast_to(ties.natural, (*ties.natural.shape[:2], mesh.stations)))
+    on_spans = []  # height and fields of what acts on spans, (fields + 1, count); what there is less of is all 0
+    for acting, fields, count in (
+        (parts.edge_guides, GuideArrays._fields[1:], features.guides),
+        (parts.pushes, LoadArrays._fields[1:5], features.pushes),
+    ):
+        rows = [(1.0 if a.span == "upper" else -1.0, *(getattr(a, f) for f in fields)) for a in acting[:count]]
+        rows += [(0.0,) * (len(fields) + 1)] * (count - len(rows))
+        on_spans.append(np.array(rows).reshape(count, len(fields) + 1).T)
     if features.guides:
-        guides = GuideArrays(*_span_rows(parts.edge_guides, GuideArrays._fields[1:], features.guides))
+        guides = GuideArrays(*on_spans[0])
     if features.pushes or features.leans:
-        pushes = _span_rows(parts.pushes, LoadArrays._fields[1:5], features.pushes)
-        loads = LoadArrays(*(*pushes, parts.lean * parts.gravity, parts.roll, parts.roll_lower))
+        loads = LoadArrays(*(*on_spans[1], parts.lean * parts.gravity, parts.roll, parts.roll_lower))
     slides = read_sliding_stiffness(ties, shape.bonds, mesh, scene.loop, inertia) if features.slips else None
     arrays = BeltArrays(
         ties=ties, twist=twist, surfaces=surfaces, chord=mesh.chord, mass=mesh.mass, stiffness=mesh.line_stiffness,
@@ -184,12 +191,6 @@ def belt_arrays(scene: SceneLayout, features: ActiveFeatures, inertia: np.ndarra
         fibres=LayerFibres.from_mesh(case, mesh, twist, parts.lift_off) if features.layered else None,
     )  # fmt: skip
     return jax.tree.map(lambda v: np.asarray(v, float), arrays)
-
-
-def _span_rows(acting: Sequence[GuideRoller | Push], fields: Sequence[str], count: int) -> np.ndarray:
-    """Height and fields of what acts on spans, shape (fields + 1, count); what there is less of is all 0."""
-    rows = [(1.0 if one.span == "upper" else -1.0, *(getattr(one, f) for f in fields)) for one in acting]
-    return np.array(rows + [(0.0,) * (len(fields) + 1)] * (count - len(rows))).reshape(count, len(fields) + 1).T
 
 
 def _ties(scene: SceneLayout) -> Ties:

@@ -204,15 +204,10 @@ def chain_forces(
     cell = stretch_energy(belt.ties, belt.shape.bonds, nodes, places.stations, share).slope
     on_nodes = -cell[:size] - jnp.roll(cell[size:], 1, axis=-1)
     if len(nodes) > 1:
-        on_nodes += twist_on_nodes(belt, nodes, twist).reshape(size, -1)
+        couples = twist_energy(nodes, twist, belt.twist.cubic).slope
+        on_nodes += -(couples[:size] + jnp.roll(couples[size:], 1, axis=-1))
     first, last = cell[size:, places.ends[:, FIRST] - 1], cell[:size, places.ends[:, LAST]]
     return on_nodes, -jnp.stack([first, last]).transpose(2, 0, 1)
-
-
-def twist_on_nodes(belt: BeltArrays, nodes: Array, twist: Array) -> Array:
-    """Forces [N] of the couples of torsion on nodes [m] of the chain, both (m, 3, n)."""
-    cell, size = twist_energy(nodes, twist, belt.twist.cubic).slope, 3 * len(nodes)
-    return -(cell[:size] + jnp.roll(cell[size:], 1, axis=-1)).reshape(nodes.shape)
 
 
 def factorise_chain(

@@ -282,14 +282,15 @@ def step(model: MjxModel, data: MjxData, command: run.Command) -> MjxData:
     for stage in MULTIBODY:
         there = stage(m, there)
 
-    def on_chain(values: Array) -> Array:
-        return values[..., places.stations]
-
-    nodes, was = on_chain(nodes_of(shape, there.xpos[first:].reshape(-1))), on_chain(before)
-    mass = on_chain(nodes_of(shape, mjx.mul_m(m, there, jnp.ones(m.nv))))  # of slides that stand square to each other
-    others = on_chain(nodes_of(shape, there.qfrc_passive - there.qfrc_bias + there.qfrc_actuator))
-    more = (mass / h**2 + on_chain(damping) / h).reshape(3 * shape.lines, -1)
-    lacking = (others - mass * (nodes - was - h * on_chain(rates)) / h**2).reshape(more.shape)
+    # from stations' numbers to the chain; masses are of slides that stand square to each other
+    by_number = (
+        nodes_of(shape, there.xpos[first:].reshape(-1)), before, rates, damping,
+        nodes_of(shape, mjx.mul_m(m, there, jnp.ones(m.nv))),
+        nodes_of(shape, there.qfrc_passive - there.qfrc_bias + there.qfrc_actuator),
+    )  # fmt: skip
+    nodes, was, rates, damping, mass, others = (values[..., places.stations] for values in by_number)
+    more = (mass / h**2 + damping / h).reshape(3 * shape.lines, -1)
+    lacking = (others - mass * (nodes - was - h * rates) / h**2).reshape(more.shape)
     lacking = chain.chain_forces(belt, nodes, places, twist, command.share)[0] + lacking
     if belt.guides is not None:
         force, stiffness = guide_forces(belt, nodes, places.free)
@@ -334,9 +335,7 @@ def march(model: MjxModel, data: MjxData, commands: run.Command, *, piece: int =
         after = step(model, restored_state(data, still), command)
         return carried_state(after), after.reading
 
-    def march_on(data: MjxData, commands: run.Command) -> tuple[MjxData, Array]:
-        return jax.lax.scan(jax.checkpoint(one) if piece else one, data, commands)
-
+    march_on = partial(jax.lax.scan, jax.checkpoint(one) if piece else one)
     steps, reads = len(commands.travel), []
     data, whole = carried_state(data), steps - steps % piece if piece else 0
     if whole:

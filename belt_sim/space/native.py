@@ -21,6 +21,7 @@ from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space import chain, run, wrap
 from belt_sim.space.belt import BeltArrays, active_features, belt_arrays, guide_forces, load_forces
+from belt_sim.space.elastic import twist_energy
 from belt_sim.space.loop import smoothstep
 from belt_sim.space.mujoco_interface import Motion, Solver, compile_model, mjcf, silence_expected_warnings
 from belt_sim.space.options import BELTS, CONTACTS, HOLD_STIFFNESS, Options, fit_options, refuse_sliding_limp
@@ -98,8 +99,10 @@ def hold_belt(fixed: Fixed, was: Carried, at: Instant, joints: Array, nodes: Arr
     led, anchors = nodes[..., places.stations], chain.anchor_positions(belt, pulleys, places)
     forces = jnp.zeros_like(led)
     if len(nodes) > 1:
-        tension = jnp.maximum(-0.5 * was.loads[TAIL, 0], 0.0)
-        forces += chain.twist_on_nodes(belt, led, chain.twist_of_cells(belt, pulleys, places, tension))
+        tension, size = jnp.maximum(-0.5 * was.loads[TAIL, 0], 0.0), 3 * len(nodes)
+        twist = chain.twist_of_cells(belt, pulleys, places, tension)
+        couples = twist_energy(led, twist, belt.twist.cubic).slope
+        forces += -(couples[:size] + jnp.roll(couples[size:], 1, axis=-1)).reshape(led.shape)
     if belt.loads is not None:
         forces += command.share * load_forces(belt, led)
     if kinks is not None:

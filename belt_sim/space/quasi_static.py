@@ -271,17 +271,15 @@ def run_travel_cases(
 ) -> Iterator[list[Curves | SimulationError]]:
     """Curves of cases of one kind, chunk by chunk, which nobody can observe; see BatchEngine."""
     rows = max(len(r.recorded) for r in ready)
-
-    def stand_still(commands: np.ndarray) -> np.ndarray:
-        """Up to so many rows as the longest run has."""
-        last = np.broadcast_to(commands[-1:, -1:], (rows - len(commands), *commands.shape[1:]))
-        return np.concatenate([commands, last])
-
     size = min(chunk or run.cases_per_chunk(ready[0].stations, ready[0].belt.shape.lines), len(ready))
     for begin in range(0, len(ready), size):
         some = ready[begin : begin + size]
         filled = [*some, *[some[-1]] * (size - len(some))]
-        trees = [(r.belt, r.state, jax.tree.map(stand_still, r.commands)) for r in filled]
+        trees = []
+        for r in filled:  # they stand still up to so many rows as the longest run has
+            left = rows - len(r.recorded)
+            padded = [np.concatenate([c, np.broadcast_to(c[-1:, -1:], (left, *c.shape[1:]))]) for c in r.commands]
+            trees.append((r.belt, r.state, run.Command(*padded)))
         arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
         tables, found = np.asarray(in_float64(run_batch)(*arrays)), list[Curves | SimulationError]()
         for made, table in zip(some, tables, strict=False):

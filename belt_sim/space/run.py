@@ -186,38 +186,39 @@ def reading(belt: BeltArrays, nodes: Array, first: Array, last: Array, tail_x: A
     nodes [m], (m, 3, n); first, last, (2,): ends of the wraps of head and tail; tail_x [m]; share: of the camber.
     """
     n, zero, sign = nodes.shape[-1], 0.0 * tail_x, belt.shape.sign
-
-    def at_axis(station: Array, x: Array) -> tuple[Array, Array]:
-        """y and dy/ds of the centre line (s along station numbers) where the belt passes the pulley's axis."""
+    # y and dy/ds of the centre line (s along station numbers) where the belt passes the pulley's axis
+    y, angles = list[Array](), list[Array]()
+    for station, x in ((first[TAIL], tail_x), (last[TAIL], tail_x), (first[HEAD], zero), (last[HEAD], zero)):
         k = (station - AXIS_STATIONS + np.arange(2 * AXIS_STATIONS + 1)) % n
         centre = nodes[:, :, k].mean(axis=0)
         ahead = centre[0] - x
         crosses = ahead[1:-2] * ahead[2:-1] <= 0.0
         i = 1 + jnp.where(crosses.any(), jnp.argmax(crosses), AXIS_STATIONS - 1)
-        y = centre[1, i] + ahead[i] / (ahead[i] - ahead[i + 1]) * (centre[1, i + 1] - centre[1, i])
-        return y, (centre[1, i + 2] - centre[1, i - 1]) / (3.0 * belt.chord)
+        y.append(centre[1, i] + ahead[i] / (ahead[i] - ahead[i + 1]) * (centre[1, i + 1] - centre[1, i]))
+        angles.append(sign * ((centre[1, i + 2] - centre[1, i - 1]) / (3.0 * belt.chord)))
 
-    def section_forces(begin: Array) -> tuple[Array, Array]:
-        """Tension [N] and in-plane bending moment EI (kappa - kappa_c) [N m], kappa = y'', mean over RUNUP_LINKS."""
+    # tension [N] and in-plane bending moment EI (kappa - kappa_c) [N m], kappa = y'', mean over RUNUP_LINKS
+    tensions, moments = list[Array](), list[Array]()
+    for station in (first[TAIL], first[HEAD]) if sign > 0 else (last[HEAD], last[TAIL]):
+        begin = station - RUNUP_LINKS - 1 if sign > 0 else station + 1
         strain = strains(belt.ties, nodes, (begin + np.arange(RUNUP_LINKS + 1)) % n, share)
         if len(nodes) == 1:
-            return belt.stiffness[0] * strain[0], 0.0 * strain[0]
+            tensions.append(belt.stiffness[0] * strain[0])
+            moments.append(0.0 * strain[0])
+            continue
         weight = belt.stiffness * belt.line_y
-        return belt.stiffness @ strain, -belt.bending * (weight @ strain) / (weight @ belt.line_y)
+        tensions.append(belt.stiffness @ strain)
+        moments.append(-belt.bending * (weight @ strain) / (weight @ belt.line_y))
+    stressed = zip(tensions, moments, strict=True)
+    edges = [t / belt.area - 6.0 * abs(m) / (belt.area * belt.width) for t, m in stressed]
 
-    points = ((first[TAIL], tail_x), (last[TAIL], tail_x), (first[HEAD], zero), (last[HEAD], zero))
-    y, slopes = zip(*(at_axis(station, x) for station, x in points), strict=True)
-    runups = (first[TAIL], first[HEAD]) if sign > 0 else (last[HEAD], last[TAIL])
-    forces = [section_forces(s - RUNUP_LINKS - 1 if sign > 0 else s + 1) for s in runups]
-    edges = [t / belt.area - 6.0 * abs(m) / (belt.area * belt.width) for t, m in forces]
     # before the belt has gone round the numbers of the head's wrap lie below the tail's
     lower_head = first[HEAD] + n * jnp.rint((last[TAIL] - first[HEAD]) / n + 0.5).astype(int)
     middles = [((last[HEAD] + first[TAIL]) // 2) % n, ((last[TAIL] + lower_head) // 2) % n]
     across = [nodes[0, :, k] - nodes[-1, :, k] for k in middles]
     heights = [nodes[:, 2, k].mean() for k in middles]
     tilts, sags = [jnp.arctan2(a[2], a[1]) for a in across], [belt.level - heights[0], -belt.level - heights[1]]
-    moments, angles = [moment for _, moment in forces], [sign * slope for slope in slopes]
-    return jnp.stack([*y, *angles, *moments, *edges, *tilts, *sags, forces[0][0] / belt.area, tail_x])
+    return jnp.stack([*y, *angles, *moments, *edges, *tilts, *sags, tensions[0] / belt.area, tail_x])
 
 
 #: of a frame, in the order of a reading after its angles

@@ -54,11 +54,6 @@ class WrapArrays(NamedTuple):
         """Number of the outermost station at ``end``."""
         return (self.first, self.last)[end]
 
-    def moved_end(self, end: int, by: Array) -> "WrapArrays":
-        """The wrap with its outermost station at ``end`` further outwards by so many, 1 or -1."""
-        station = self.outer(end) + OUTWARDS[end] * by
-        return self._replace(last=station) if end else self._replace(first=station)
-
 
 class BeltOnPulley(NamedTuple):
     """The stations on a pulley, its surface, where it is, and what the bending layer displaces there, None without one.
@@ -273,7 +268,8 @@ def land_station(
         return values.at[at].set(jnp.where(lands, there, values[at]))
 
     at = (slice(None), k)
-    return wrap.moved_end(end, 1 * lands)._replace(
+    return wrap._replace(
+        **{wrap._fields[end]: outer + outward * (1 * lands)},
         landing_lift=put_if_landed(wrap.landing_lift, k, lifted),
         r=put_if_landed(wrap.r, at, circle + high),
         y=put_if_landed(wrap.y, at, y),
@@ -327,7 +323,8 @@ def release_stations(belt: BeltArrays, pulleys: BeltOnPulley) -> BeltOnPulley:
     far = -(options.CATCH_DISTANCE + options.HYSTERESIS) * belt.chord
     for end in (FIRST, LAST):
         free = jax.vmap(partial(outer_depth, end=end))(pulleys) < far
-        pulleys = pulleys._replace(wrap=pulleys.wrap.moved_end(end, -1 * free))
+        station = pulleys.wrap.outer(end) + OUTWARDS[end] * (-1 * free)
+        pulleys = pulleys._replace(wrap=pulleys.wrap._replace(**{WrapArrays._fields[end]: station}))
     return pulleys
 
 
