@@ -277,9 +277,10 @@ def run_travel_cases(
         filled = [*some, *[some[-1]] * (size - len(some))]
         trees = []
         for r in filled:  # they stand still up to so many rows as the longest run has
-            left = rows - len(r.recorded)
-            padded = [np.concatenate([c, np.broadcast_to(c[-1:, -1:], (left, *c.shape[1:]))]) for c in r.commands]
-            trees.append((r.belt, r.state, run.Command(*padded)))
+            leaves, structure = jax.tree.flatten(r.commands)
+            last = [np.broadcast_to(c[-1:, -1:], (rows - len(c), *c.shape[1:])) for c in leaves]
+            padded = [np.concatenate(both) for both in zip(leaves, last, strict=True)]
+            trees.append((r.belt, r.state, jax.tree.unflatten(structure, padded)))
         arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
         tables, found = np.asarray(in_float64(run_batch)(*arrays)), list[Curves | SimulationError]()
         for made, table in zip(some, tables, strict=False):
