@@ -12,6 +12,7 @@ import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -88,12 +89,11 @@ def write_fmu(space: StateSpace, path: Path, fmi: int = 2, libraries: str = "her
             files[f"binaries/{folder}/belt.{ending}"] = library
             built.append(str(folder))
 
-    def write(temporary: Path) -> None:
-        with zipfile.ZipFile(temporary, "w", zipfile.ZIP_DEFLATED) as archive:
-            for name, data in files.items():
-                archive.writestr(name, data)
-
-    return write_with(path, write), tuple(built)
+    packed = BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in files.items():
+            archive.writestr(name, data)
+    return write_with(path, lambda temporary: temporary.write_bytes(packed.getvalue())), tuple(built)
 
 
 def _content(space: StateSpace, fmi: int) -> dict[str, Any]:

@@ -350,15 +350,14 @@ def _rate(spans: Spans, travel, x, late, yaws):
         y=late[0::2], alpha=late[1::2], moment=jnp.zeros(2)
     )  # as they come off the tail, then off the head
 
-    def state_at(off, yaw):
-        alpha = spans.slope(y, off, yaw) - yaw.runup if spans.span.limp else x[1::2]
-        return alpha, spans.state(travel, travel, y, alpha, off, yaw)
-
-    alpha, state = state_at(sticking, commanded)
-    for _ in range(_CORRECTIONS):
-        off = apply_hook(spans.effects, "wrap", sticking, state, spans.case)
-        yaw = apply_hook(spans.effects, "yaw", commanded, state, spans.case)
-        alpha, state = state_at(off, yaw)
+    off, yaw, alpha = sticking, commanded, x[1::2]
+    for k in range(1 + _CORRECTIONS):
+        if k:
+            off = apply_hook(spans.effects, "wrap", sticking, state, spans.case)
+            yaw = apply_hook(spans.effects, "yaw", commanded, state, spans.case)
+        if spans.span.limp:  # a straight line from run-off to run-up
+            alpha = (y + yaw.aside_runup - off.y[::-1] - yaw.aside_runoff) / spans.span.length - yaw.runup
+        state = spans.state(travel, travel, y, alpha, off, yaw)
     push = apply_hook(spans.effects, "runup", RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2)), state, spans.case)
     moved = jnp.stack([-alpha + push.drift, -(state.kappa + push.turn)], axis=1)
     return moved.ravel()
