@@ -351,13 +351,13 @@ def _rate(spans: Spans, travel, x, late, yaws):
     )  # as they come off the tail, then off the head
 
     off, yaw, alpha = sticking, commanded, x[1::2]
-    for k in range(1 + _CORRECTIONS):
-        if k:
-            off = apply_hook(spans.effects, "wrap", sticking, state, spans.case)
-            yaw = apply_hook(spans.effects, "yaw", commanded, state, spans.case)
+    for left in reversed(range(1 + _CORRECTIONS)):
         if spans.span.limp:  # a straight line from run-off to run-up
             alpha = (y + yaw.aside_runup - off.y[::-1] - yaw.aside_runoff) / spans.span.length - yaw.runup
         state = spans.state(travel, travel, y, alpha, off, yaw)
+        if left:
+            off = apply_hook(spans.effects, "wrap", sticking, state, spans.case)
+            yaw = apply_hook(spans.effects, "yaw", commanded, state, spans.case)
     push = apply_hook(spans.effects, "runup", RunUp(drift=jnp.zeros(2), turn=jnp.zeros(2)), state, spans.case)
     moved = jnp.stack([-alpha + push.drift, -(state.kappa + push.turn)], axis=1)
     return moved.ravel()
