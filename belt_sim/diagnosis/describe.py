@@ -70,6 +70,18 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         sentence += "measure that run again."
     if d.named.ids and error.own is not None and error.own.after > max(error.own.before, error.own.floor):
         sentence += f" The error on unseen runs rises with {join_words(d.named.ids)}: take no size from these numbers."
+    unknown = None
+    if decision.tells_of_unknown:  # the look of what is beyond the named effects
+        known = next(e for e in decision.explanations if not e.instead and not e.unknown)
+        odds = decision.likeliest_unknown.log_posterior - known.log_posterior
+        times = "more than a million" if odds > np.log(1e6) else f"{np.exp(odds):.0f}"
+        why = f"something unknown is {times} times likelier"
+        nearest = (join_words(known.effects), why) if known.effects else (None, None)
+        law = d.law.law.words if d.law is not None and d.law.law is not None else "no law of one or two terms"
+        residual = bench.samples.y - d.named.values
+        white_rest = bench.metric.whiten(np.where(np.isfinite(residual), residual, 0.0)).reshape(len(residual), -1)
+        tests, look = (f"something beyond the library ({law})",), look_of_residual(bench.samples, residual, white_rest)
+        unknown = Unknown(failed_tests=tests, nearest=nearest[0], why=nearest[1], **look)
     white, wander = (float(np.exp(np.mean(np.log(x)))) for x in (bench.levels.white, bench.levels.wander))
     return Diagnosis(
         base_model=name,
@@ -84,7 +96,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         where=locate_failure(cells(d.bench, d.nothing.values), without, faulty=faulty),
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
         next_runs=(),
-        unknown=_unknown(d),
+        unknown=unknown,
         noise=NoiseLevels(white_factor=white, wander_factor=wander, repeats=bench.levels.repeats),
         suspicions=tuple(s for s in d.suspicions if not _answered(d, s)),
         per_run=run_errors(final, d.nothing.values, fit.values),
@@ -245,23 +257,6 @@ def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
         ) for e in rows if e.instead
     ]  # fmt: skip
     return tuple(sorted([*instead, *found], key=lambda c: (-round(c.probability, 6), -c.gain)))
-
-
-def _unknown(d: Findings) -> Unknown | None:
-    """The look of what is beyond the named effects."""
-    decision, samples = d.decision, d.fitted_bench.samples
-    if not decision.tells_of_unknown:
-        return None
-    known = next(e for e in decision.explanations if not e.instead and not e.unknown)
-    odds = decision.likeliest_unknown.log_posterior - known.log_posterior
-    times = "more than a million" if odds > np.log(1e6) else f"{np.exp(odds):.0f}"
-    why = f"something unknown is {times} times likelier"
-    law = d.law.law.words if d.law is not None and d.law.law is not None else "no law of one or two terms"
-    nearest = (join_words(known.effects), why) if known.effects else (None, None)
-    tests, residual = (f"something beyond the library ({law})",), samples.y - d.named.values
-    white = d.fitted_bench.metric.whiten(np.where(np.isfinite(residual), residual, 0.0))
-    look = look_of_residual(samples, residual, white.reshape(len(residual), -1))
-    return Unknown(failed_tests=tests, nearest=nearest[0], why=nearest[1], **look)
 
 
 def look_of_residual(samples: Samples, residual: np.ndarray, white: np.ndarray) -> dict[str, Any]:

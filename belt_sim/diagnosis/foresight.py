@@ -354,11 +354,8 @@ def _curves_of(campaign: Campaign) -> Campaign:
 
 #: the layout of a campaign, which several questions share
 _layout = lru_cache(1)(_Layout)
-
-
-def forget_layout() -> None:
-    """Let go of the layout that is kept, once all has been asked of it."""
-    _layout.cache_clear()
+#: lets go of the layout that is kept, once all has been asked of it
+forget_layout = _layout.cache_clear
 
 
 def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:

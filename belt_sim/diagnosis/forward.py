@@ -403,12 +403,6 @@ class Forward:
         found._columns = {}
         return found
 
-    def subtract(self, offset: np.ndarray) -> "Forward":
-        """The same with ``offset`` (R, S, n) taken off all predictions."""
-        found = copy(self)
-        found.offset = offset
-        return found
-
     def of_runs(self, which: np.ndarray) -> "Forward":
         """The same for some of its runs, by number."""
         found = copy(self)

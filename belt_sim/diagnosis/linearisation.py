@@ -303,10 +303,6 @@ def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list
     changes = np.zeros((len(steps), len(gram)))  # at every point, as a sum of the grid's columns
     np.add.at(changes, (np.arange(len(steps))[:, None], grid.choices), steps)
     gains = 2.0 * changes @ pull - np.sum((changes @ gram) * changes, axis=1)
-
-    def possible(k: int) -> bool:
-        return is_possible(slots, fit.vector[free] + steps[k], sigma[k])
-
     found: list[int] = []
     for k in np.argsort(-gains, kind="stable").tolist():
         apart = changes[found] - changes[k]
@@ -314,8 +310,10 @@ def best_of_grid(bench: Workbench, fit: Fit, grid: ShapeGrid, most: int) -> list
         same = int(alike[0]) if len(alike) else None
         if same is None and len(found) < most:
             found.append(k)
-        elif same is not None and not possible(found[same]) and possible(k):
-            found[same] = k
+        elif same is not None:  # of two that say the same the one that a machine could have
+            possible = (is_possible(slots, fit.vector[free] + steps[j], sigma[j]) for j in (found[same], k))
+            if not next(possible) and next(possible):
+                found[same] = k
     return found
 
 

@@ -46,12 +46,6 @@ class Samples:
         """Longest travel of any run [m]."""
         return float(np.nanmax(self.travel))
 
-    @property
-    def gap(self) -> float:
-        """Largest travel [m] between neighbouring readings of the run that has them closest."""
-        used = [s[np.isfinite(y).any(axis=0)] for s, y in zip(self.travel, self.y, strict=True)]
-        return min((float(np.max(np.diff(s))) for s in used if len(s) > 1), default=0.0)
-
     @cached_property
     def widths(self) -> np.ndarray:
         """From one sample to the next in every run (R,) [m]."""

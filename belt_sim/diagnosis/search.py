@@ -238,13 +238,6 @@ def linear_gains(shapes: Mapping[str, np.ndarray], residual: np.ndarray) -> dict
     return gains
 
 
-def marginal_gains(fit: Fit, shapes: Mapping[str, np.ndarray]) -> dict[str, float]:
-    """chi2 that each effect, by its whitened shapes (k, N), would gain beside a fit whose own numbers are refitted."""
-    own = basis(fit.columns)
-    spans = {name: np.concatenate([own, basis(rows - (rows @ own.T) @ own)]) for name, rows in shapes.items()}
-    return {name: float(np.sum((span @ fit.residual) ** 2)) for name, span in spans.items()}
-
-
 # Best-first search over joint fits of sets of effects.
 #
 # The search adds every other candidate to the likeliest set, then tries others in the place of each of its members. Its
@@ -304,9 +297,10 @@ def run_search(search: Search) -> Search:
     for name, fit in search.singles.items():
         own = max(nothing.chi2 - fit.chi2, 0.0)
         if own > search.penalty and name in near.starts:
-            more = marginal_gains(fit, {n: s for n, s in shapes.items() if n != name})
-            gains |= {frozenset([name]): own}
-            gains |= {frozenset([name, n]): own + gain for n, gain in more.items()}
+            gains[frozenset([name])], taken = own, basis(fit.columns)
+            for other, rows in ((n, rows) for n, rows in shapes.items() if n != name):  # its own numbers refitted
+                span = np.concatenate([taken, basis(rows - (rows @ taken.T) @ taken)])
+                gains[frozenset([name, other])] = own + float(np.sum((span @ fit.residual) ** 2))
     search = add_fits(search, leading_pairs(shapes, nothing.residual, search.penalty, PROMISING_PAIRS, gains))
 
     for _ in range(SEARCH_ROUNDS):

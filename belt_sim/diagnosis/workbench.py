@@ -244,7 +244,8 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
         slopes[0] /= 1.0 + moved.tension[:, None, None]
         slopes *= sigma[:, None, None, None]
         by_length = slopes[2]
-        expanded = moved.subtract(np.einsum("kr,krsn->rsn", off, slopes[:2]) + longer * by_length)
+        expanded = moved
+        expanded.offset = np.einsum("kr,krsn->rsn", off, slopes[:2]) + longer * by_length
         values = expanded.values(vector[None])[0]
     if not np.isfinite(values).all() or np.linalg.norm(metric.noise_white(values - before)) < SECOND_ORDER_SEEN:
         return forward

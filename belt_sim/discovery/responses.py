@@ -477,6 +477,8 @@ def states_of(bench: Workbench, responses: ImpulseResponses, changes: Mapping[st
     # upper
     span, wrap = float(rig.span_length), float(rig.wrap_tail)
     ahead, back = grid - np.array([[0.0], [span + wrap]]), np.array([[-wrap], [span]]) - grid
+    samples = bench.samples
+    used = [s[np.isfinite(y).any(axis=0)] for s, y in zip(samples.travel, samples.y, strict=True)]  # places of readings
     return States(
         s=grid,
         y=y[:, :2],
@@ -498,5 +500,5 @@ def states_of(bench: Workbench, responses: ImpulseResponses, changes: Mapping[st
         belt_length=float(rig.belt_length),
         wraps=(wrap, float(rig.wrap_head)),
         signals=tuple(s.name for s in bench.samples.signals),
-        gap=bench.samples.gap,
+        gap=min((float(np.max(np.diff(s))) for s in used if len(s) > 1), default=0.0),
     )

@@ -380,16 +380,11 @@ class MarchTrials:
                 there = -np.inf if own is None else own.worth
             close = CloseLaw(s, max(won.worth - there, 0.0))
             fewer = len(s.law.terms) <= len(won.scored.law.terms)
-            if key != _key(won.scored.law) and fewer and close.less < margin(won):
+            if key != _key(won.scored.law) and fewer and close.less < WITHIN + MODELLED * won.gain:
                 found.setdefault(key, close)
         ranked = sorted(found.values(), key=lambda c: c.less)
         first = {law_places(c.scored.law): c for c in reversed(ranked)}
         return sorted(ranked, key=lambda c: (first[law_places(c.scored.law)] is not c, c.less))
-
-
-def margin(won: MarchFit) -> float:
-    """chi2 within which the readings cannot tell laws from one, by chance or since a nearly right form does as well."""
-    return WITHIN + MODELLED * won.gain
 
 
 def best_in_march(
@@ -409,7 +404,7 @@ def best_in_march(
     march.fit(first_of_each(elsewhere, lambda scored: law_places(scored.law), ELSEWHERE))
     first, *others = march.acceptable()
     # what predicts unseen runs worse than nothing is no law
-    for won in (first, *(r for r in others if first.worth - r.worth < margin(first))):
+    for won in (first, *(r for r in others if first.worth - r.worth < WITHIN + MODELLED * first.gain)):
         error = errors_of(data.bench, data.fit, won.bench, won.fit).held_out
         if error is None or error.after <= error.before:
             return won, tuple(march.indistinguishable(won)[:CLOSE_LAWS_TOLD])

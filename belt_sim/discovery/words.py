@@ -145,8 +145,19 @@ def looks_like(data: SearchData, law: Law) -> str:
 def sentence(data: SearchData, made: MarchFit, law: FoundLaw, error: Errors) -> str:
     """The law in sentences: place, terms with all numbers, parity, tension, by how much the error falls, which runs
     that were left out it predicts worse than none does, what it looks like."""
-    said, numbers = _place_and_terms(data, made), made.estimates()
-    for k, t in enumerate(made.scored.law.terms):
+    law_found, numbers, place = made.scored.law, made.estimates(), made.scored.law.terms[0].place
+    terms = formula(law_found, numbers)
+    if place.is_stretch and len(law_found.terms) == 1:  # it differs as so much more or less belt would
+        (size, u, _), length = numbers["size"], float(data.bench.samples.cases.rig.span_length)
+        more, does = "more" if size < 0.0 else "less", "twists" if place.relative == "torsion" else "bends"
+        so = f"as with {words.with_u(length * abs(size), length * u, 'm')} {more} of belt in it"
+        said = f"A stretch of the belt {does} {more} easily, {so}: {terms}"
+    elif len({t.place.name for t in law_found.terms}) == 1 and place.kind in STIFFNESS and not place.is_stretch:
+        said = f"The {place.words} is {_by_how_much(data, law_found, numbers)}: relative change {terms}"
+    else:
+        several = len({t.place.words for t in law_found.terms}) > 1
+        said = f"The {place_words(law_found)} {'lack' if several else 'lacks'} {terms}"
+    for k, t in enumerate(law_found.terms):
         if t.form.is_carried:  # where on the belt its stretches are, to be found there
             at, u, _ = numbers[number_name("at", k)]
             said += f"; the middle of the stretch runs up the tail pulley {words.with_u(at % 1.0, u)} "
@@ -168,21 +179,6 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, error: Errors) -> 
     elif own is not None and own.after > max(own.before, own.floor):
         said += "; but left-out runs are predicted worse with it than without"
     return f"{said}. It looks like {law.looks_like}." if law.looks_like else f"{said}."
-
-
-def _place_and_terms(data: SearchData, made: MarchFit) -> str:
-    law, numbers, place = made.scored.law, made.estimates(), made.scored.law.terms[0].place
-    if place.is_stretch and len(law.terms) == 1:  # it differs as so much more or less belt would
-        (size, u, _), length = numbers["size"], float(data.bench.samples.cases.rig.span_length)
-        more = "more" if size < 0.0 else "less"
-        does = "twists" if place.relative == "torsion" else "bends"
-        so = f"as with {words.with_u(length * abs(size), length * u, 'm')} {more} of belt in it"
-        return f"A stretch of the belt {does} {more} easily, {so}: {formula(law, numbers)}"
-    if len({t.place.name for t in law.terms}) == 1 and place.kind in STIFFNESS and not place.is_stretch:
-        how = _by_how_much(data, law, numbers)
-        return f"The {place.words} is {how}: relative change {formula(law, numbers)}"
-    several = len({t.place.words for t in law.terms}) > 1
-    return f"The {place_words(law)} {'lack' if several else 'lacks'} {formula(law, numbers)}"
 
 
 def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:

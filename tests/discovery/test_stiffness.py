@@ -12,10 +12,11 @@ from belt_sim.discovery.closed_loop import solve_loop
 from belt_sim.discovery.linear_search import unexplained_elsewhere
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law
-from belt_sim.discovery.words import _by_how_much, _place_and_terms, formula, looks_like
+from belt_sim.discovery.words import _by_how_much, formula, looks_like, sentence
 from belt_sim.effects.law import LAW_PLACES, Form, Law, Term
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.span import response, strip, with_change
+from belt_sim.results.errors import Change, Errors
 
 SHARE, POWER = -0.1, -1.0
 SETTINGS = 0.15  # runs are not at the tension at which they were set, and two digits are told
@@ -103,10 +104,13 @@ def test_a_stretch_of_the_belt_is_told_as_so_much_more_or_less_of_it(size, said)
     form = Form("none", course="belt_section", at=1.2, wide=0.1)
     term = Term(next(p for p in LAW_PLACES.values() if p.name == "bending_carried"), form)
     length = abs(size) * float(data.bench.samples.cases.rig.span_length)
-    made = SimpleNamespace(
-        scored=SimpleNamespace(law=Law((term,))), estimates=lambda: {"size": (size, 1e-4, "1"), "at": (1.2, 0.01, "m")}
+    numbers = {"size": (size, 1e-4, "1"), "at": (1.2, 0.01, "m")}
+    made = SimpleNamespace(scored=SimpleNamespace(law=Law((term,))), estimates=lambda: numbers, exponent=(0.0, 0.0))
+    law, errors = (
+        SimpleNamespace(parity="odd", looks_like=""),
+        Errors(noise_floor=1e-5, fit=Change(before=2e-4, after=1e-4)),
     )
-    told = _place_and_terms(data, made)
+    told = sentence(data, made, law, errors)
     assert told.startswith(said)
     assert float(told.removeprefix(said).split()[0]) == pytest.approx(length, rel=1e-3)
 
