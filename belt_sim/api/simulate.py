@@ -16,7 +16,7 @@ from belt_sim.effects.generic_law import law_effect, law_of_entry
 from belt_sim.effects.load import load_classes, load_effects
 from belt_sim.errors import BeltError, CannotRepresent, InputError, Limit, SimulationError, finite, warning
 from belt_sim.io import provenance, write_json
-from belt_sim.line.hooks import BEFORE_ENGINE, overrides
+from belt_sim.line.hooks import BEFORE_ENGINE, asked_of_engine, overrides
 from belt_sim.line.march import KEEP, MARCH_STEP, march_case, march_traced, plan_steps
 from belt_sim.line.spans import RitzingerFormula
 from belt_sim.model import (
@@ -346,7 +346,7 @@ def simulate_one(
     found = replace(found, curves=curves, beyond=with_run(beyond, case, chosen, curves, acting))
     if not isinstance(chosen, SpaceModel):
         return replace(found, keep=getattr(chosen, "keep", 0.0))
-    used = chosen.options_used(chosen.engine_task(case, acting, travel)[0])
+    used = chosen.options_used(asked_of_engine(case, acting, travel)[0])
     details = {"options": asdict(used), "engine": chosen.engine, "contact": chosen.contact}
     details |= {"scene": scene_path.name} if scene_path and scene_path.is_file() else {}
     return replace(found, details=details, steady_rate=float(found.rates.mean()) if found.is_settled else None)
@@ -379,7 +379,8 @@ def run_in_batches(
             space = model if isinstance(model, SpaceModel) and model.contact == CONTACTS[0] else None
             if space and space.engine in BATCH_ENGINES and config["watch"] != "viewer":
                 effects = effects_of(config["effects"])
-                driven, far = space.engine_task(case, effects, float(config["travel"]))
+                space.admit(effects)
+                driven, far = asked_of_engine(case, effects, float(config["travel"]))
                 asked: dict[str, Any] = {
                     "belt": space.belt,
                     "options": space.options_for(driven),

@@ -8,7 +8,7 @@ import math
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, partial
 from importlib.resources import files
 from typing import Annotated, Any, Literal, get_args
 
@@ -204,17 +204,13 @@ def in_range(bounds: Range) -> AfterValidator:
     return AfterValidator(check)
 
 
-def to_one_line(text: str) -> str:
-    """Return text with single blanks; raise InputError for unprintable characters."""
+def to_one_line(text: str, *, if_empty: str = "") -> str:
+    """Return text with single blanks; raise InputError for unprintable characters, and with the remedy ``if_empty``."""
     text = " ".join(text.split())
     if not text.isprintable():
         raise InputError("", text, "", "remove the unprintable characters")
-    return text
-
-
-def require_text(text: str) -> str:
-    if not text:
-        raise InputError("", None, "", "is empty; say what the campaign is")
+    if if_empty and not text:
+        raise InputError("", None, "", if_empty)
     return text
 
 
@@ -308,27 +304,25 @@ class SettingsEntry(Entry):
     yaw: SpreadEntry = SpreadEntry(u=0.0, unit="rad")
 
 
-def check_name(name: str) -> str:
-    """Return a name of a signal or run; raise InputError unless it has letters, digits, blanks and _ . + - only."""
+def check_name(name: str, *, reserved: tuple[str, ...] = ()) -> str:
+    """Return a name of a signal or run; raise InputError unless it has letters, digits, blanks and _ . + - only.
+
+    reserved: columns of signals.csv whose names no signal may take.
+    """
+    if name in reserved:
+        raise InputError("", None, "", f"{', '.join(reserved)} are columns of their own; choose another name")
     if not NAME.fullmatch(name) or name != name.strip():
         raise InputError("", None, "", "name it with letters, digits, blanks and _ . + - only")
     return name
 
 
-def check_signal_name(name: str) -> str:
-    """Return a name of a signal; raise InputError if it is a reserved column or not a valid name."""
-    if name in RESERVED:
-        raise InputError("", None, "", f"{', '.join(RESERVED)} are columns of their own; choose another name")
-    return check_name(name)
-
-
 class CampaignEntry(Entry):
     schema_: Literal["belt-campaign/1"]
-    title: Annotated[OneLine, AfterValidator(require_text)]
+    title: Annotated[str, AfterValidator(partial(to_one_line, if_empty="is empty; say what the campaign is"))]
     source: SourceEntry
     machine: MachineEntry
     belt: BeltEntry
-    signals: dict[Annotated[str, AfterValidator(check_signal_name)], SignalEntry] = {}
+    signals: dict[Annotated[str, AfterValidator(partial(check_name, reserved=RESERVED))], SignalEntry] = {}
     settings: SettingsEntry = SettingsEntry()
 
 

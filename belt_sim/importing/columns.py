@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from belt_sim.campaign.sheet import RESERVED, check_signal_name
+from belt_sim.campaign.sheet import RESERVED, check_name
 from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, CampaignError, did_you_mean, kind_at, quote, refusal
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import DAY, ROLES, TILT, ColumnEntry, MappingEntry, Question, Role, ask, texts_of
@@ -506,7 +506,7 @@ def _resolve(column: Column, taken: list[str]) -> Column:
         free = (n for n in (base, *(f"{base}{c}" for c in "bcdefghijk")) if n not in taken and n not in RESERVED)
         signal = entry.name or next(free, column.name)
         try:
-            check_signal_name(signal)
+            check_name(signal, reserved=RESERVED)
         except InputError as error:
             raise InputError(f"{where}.name", signal, "", error.remedy) from None
     scale = UNITS[unit][1] * own * entry.factor * entry.sign

@@ -180,7 +180,15 @@ def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[
             row, unit = int(there[k + 1]), UNITS[column.unit][1]
             ends = " to ".join(f"{values[there[j]] / unit:.6g}" for j in (k, k + 1))
             fall = f"{column.name} falls from {ends} {column.unit} (line {table.lines[row]})"
-            asked = row not in table.starts and _readings_go_on(table, row)
+            # whether signals go on as they do elsewhere, and beside a travel the clock
+            roles, asked = ("signal", "time") if table.column("travel") else ("signal",), row not in table.starts
+            moving = [c for c in table.columns if c.role in roles and not c.is_text]
+            asked = asked and any(c.role == "signal" for c in moving)
+            for readings in (c.values for c in moving if asked):
+                rows_there = np.flatnonzero(np.isfinite(readings))
+                moves, at = np.abs(np.diff(readings[rows_there])), int(np.searchsorted(rows_there, row)) - 1
+                if 0 <= at < len(moves) and moves[at] > GOES_ON * float(np.quantile(moves, USUAL_STEP)):
+                    asked = False
             if asked and mapping.format.counter is None:
                 counter = "clock" if column.role == "time" else "counter"
                 open_questions.append(ask("counter", fall=fall, counter=counter))
@@ -199,18 +207,6 @@ def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[
     if len(parts) < 2:
         return [whole]
     return [replace(whole.select_rows(part), name=f"{whole.name}_{k}") for k, part in enumerate(parts, start=1)]
-
-
-def _readings_go_on(table: LoggedTable, row: int) -> bool:
-    """Whether signals and clock of a table go on over a row as they do elsewhere; the clock beside a travel only."""
-    roles = ("signal", "time") if table.column("travel") else ("signal",)
-    moving = [c for c in table.columns if c.role in roles and not c.is_text]
-    for values in (c.values for c in moving):
-        there = np.flatnonzero(np.isfinite(values))
-        steps, at = np.abs(np.diff(values[there])), int(np.searchsorted(there, row)) - 1
-        if 0 <= at < len(steps) and steps[at] > GOES_ON * float(np.quantile(steps, USUAL_STEP)):
-            return False
-    return any(c.role == "signal" for c in moving)
 
 
 # ---- one run
@@ -234,7 +230,7 @@ def _assemble(
     if len(way.keep) < FEWEST_ROWS:
         raise block.refuse(0, "rows", len(way.keep), "", f"run {block.name} has too few rows with time or travel")
     block = block.select_rows(way.keep)
-    logged = yaw_settings(block, way.travel, stated) | column_settings(block, section)
+    logged = logged_settings(block, way.travel, stated, section)
     moved = {} if way.speed is None else {"speed": Setting(round_digits(way.speed, LOGGED_DIGITS), "travel over time")}
     moved |= {"direction": Setting(-1.0, "the sign of travel or speed")} if way.direction < 0.0 else {}
     known = moved | named | logged | stated  # of each the last that has it
@@ -349,8 +345,8 @@ def _number(text: str, key: str, where: str, section: Section) -> float:
 # ---- settings that the record shows
 
 
-def yaw_settings(block: LoggedTable, travel: np.ndarray, known: LoggedSettings) -> LoggedSettings:
-    """The yaw that columns hold, and the place of its step where ``known`` has none; travel [m], shape (n,)."""
+def logged_settings(block: LoggedTable, travel: np.ndarray, known: LoggedSettings, section: Section) -> LoggedSettings:
+    """The settings that columns hold, and the place of a step of the yaw where ``known`` has none; travel [m], (n,)."""
     found: LoggedSettings = {}
     for key in ("yaw", "yaw_head"):
         values = block.values(key)
@@ -388,12 +384,8 @@ def yaw_settings(block: LoggedTable, travel: np.ndarray, known: LoggedSettings) 
             words = f"the step of {key}, somewhere within {later - earlier:.2g} m"
             u = round_digits((later - earlier) / np.sqrt(12.0), LOGGED_DIGITS)
             found |= {"yaw_at": Setting(0.5 * (earlier + later), words), "yaw_at_u": Setting(u, words)}
-    return found
 
-
-def column_settings(block: LoggedTable, section: Section) -> LoggedSettings:
-    """The mean tension, the direction, where the run starts on the belt and across it, of columns that hold them."""
-    found: LoggedSettings = {}
+    # of the others the mean tension, the direction, and where the run starts on the belt and across it
     tension, start, direction, y0 = (block.values(k) for k in ("tension", "start", "direction", "y0"))
     if y0 is not None:
         found["y0"] = Setting(float(y0[np.isfinite(y0)][0]), "its column")
@@ -402,8 +394,8 @@ def column_settings(block: LoggedTable, section: Section) -> LoggedSettings:
         tenths, error = [float(part.mean()) for part in np.array_split(there, min(TENTHS, len(there)))], scatter(there)
         moves = np.ptp(tenths) > MOVING_SIGMAS * error * math.sqrt(len(tenths) / len(there))
         levels = [float(there.mean()), *((min(tenths), max(tenths)) if moves else ())]
-        mean, *ends = (section.stress(x, block.column("tension").dimension) for x in levels)  # type: ignore[union-attr]
-        found["tension"] = Setting(round_digits(mean, LOGGED_DIGITS), "the mean of its column", "", *ends)
+        mean, *extremes = (section.stress(x, block.column("tension").dimension) for x in levels)  # type: ignore[union-attr]
+        found["tension"] = Setting(round_digits(mean, LOGGED_DIGITS), "the mean of its column", "", *extremes)
     if start is not None:
         found["start"] = Setting(round_digits(float(start[np.isfinite(start)][0]), START_DIGITS), "its column")
     if direction is not None:

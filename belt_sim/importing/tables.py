@@ -70,20 +70,6 @@ def is_number(cell: str, decimal: str) -> bool:
     return bool(_PLAIN[decimal].match(text) or _GROUPED[decimal].match(text))
 
 
-def decimal_marks(cells: Iterable[str]) -> set[str]:
-    """The decimal marks that the cells of a file show beyond doubt."""
-    found = set()
-    for cell in cells:
-        text = _bare(cell)
-        marks = {m: text.count(m) for m in ".,"}
-        if not any(marks.values()) or "e" in text.lower() or _DOUBTFUL.match(text):
-            continue
-        for mark, other in OTHER.items():
-            if marks[mark] <= 1 and (_GROUPED if marks[other] else _PLAIN)[mark].match(text):
-                found.add(mark)
-    return found
-
-
 # ---- dates and times of day
 
 _MONTHS = ("jan", "feb", "m[aä]r", "apr", "ma[yi]", "jun", "jul", "aug", "sep", "o[ck]t", "nov", "de[cz]")
@@ -484,7 +470,12 @@ def _table(
         raise refusal(place, f"a column's name has {longest} characters; give it a short one", line=layout.header)
     kept, numbers, again, remarks = _rows(place, lines, layout)
     sample = [cells for line in kept[:MARKS] if len(cells := split(line, layout.separator)) == len(layout.names)]
-    shown = decimal_marks(c for cells in sample for c in cells)
+    shown = set[str]()  # the decimal marks that cells show beyond doubt
+    for text in (_bare(c) for cells in sample for c in cells):
+        marks = {m: text.count(m) for m in ".,"}
+        if any(marks.values()) and "e" not in text.lower() and not _DOUBTFUL.match(text):
+            clear = ((m, _GROUPED if marks[other] else _PLAIN) for m, other in OTHER.items() if marks[m] <= 1)
+            shown |= {m for m, form_of in clear if form_of[m].match(text)}
     known = form.get("decimal") or (shown.pop() if len(shown) == 1 else "")
     of_doubt = {m for cells in sample for c in cells if _DOUBTFUL.match(c) for m in ".," if m in c}
     if not known and not shown and of_doubt == {"."} and layout.separator == ",":

@@ -13,7 +13,7 @@ from belt_sim.case import Case, Schedule
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.line.hooks import IN_MARCH, as_indicated, asked_of_engine, call_hook, overrides
+from belt_sim.line.hooks import IN_MARCH, as_indicated, call_hook, overrides
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.options import CONTACTS, ENGINES, OBEYED, WATCHED, Options, fit_options, refuse_unobeyed
 from belt_sim.units import N_PER_MM2, two_digits
@@ -144,18 +144,13 @@ class SpaceModel:
         fitted = fit_options(self.options_for(case), case, self.belt, by)
         return fitted if "dt" in OBEYED[by] else replace(self.options, dt=None, belt_speed=fitted.belt_speed)
 
-    def engine_task(self, case: Case, effects: Sequence[Effect], travel: float) -> tuple[Case, float]:
-        """The case as driven, and the travel [m] that the engine has to run; raises CannotRepresent."""
-        self.admit(effects)
-        return asked_of_engine(case, effects, travel)
-
     def run(
         self, case: Case, effects: Sequence[Effect] = (), *, travel: float, observers: Sequence[Observer] = (),
         scene_path: Path | None = None, computed: "Computed | None" = None,
     ) -> Curves:  # fmt: skip
         """Curves over ``travel`` [m] as the instruments show them; raises SimulationError.
 
-        scene_path: where to write the MJCF; computed: what a batch found for ``engine_task``, so that no engine runs.
+        scene_path: where to write the MJCF; computed: what a batch found for the case as driven: no engine runs.
         """
         self.admit(effects)
 
