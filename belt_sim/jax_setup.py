@@ -110,14 +110,9 @@ def jit_float64(function: Callable[..., Any], *, brief: bool = False, **options:
 
     @functools.cache
     def compiled() -> Callable[..., Any]:
-        return jax.jit(function, compiler_options=least_effort() if brief else None, **options)
+        return jax.jit(function, compiler_options=known_options(LEAST_EFFORT) if brief else None, **options)
 
     return in_float64(functools.wraps(function)(lambda *args, **kwargs: compiled()(*args, **kwargs)))
-
-
-def least_effort() -> dict[str, Any]:
-    """Return those of LEAST_EFFORT that this XLA knows."""
-    return known_options(LEAST_EFFORT)
 
 
 def known_options(options: dict[str, Any]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.jax_setup import in_float64, least_effort, prepare
+from belt_sim.jax_setup import LEAST_EFFORT, in_float64, known_options, prepare
 from belt_sim.settings import make_case
 from belt_sim.space.options import Options
 from studies.application import show_help
@@ -30,7 +30,7 @@ def gradient(steps: int = 2000, piece: int = 50) -> None:
     rows = jax.tree.map(jnp.asarray, plan(ready, 2.0 * STEP * steps))
     begin = int(np.argmax(np.asarray(rows.yaw[:, 1]) > 0.0))
     before, after = (jax.tree.map(lambda c, s=s: c[s], rows) for s in (slice(begin), slice(begin, begin + steps)))
-    brief = least_effort()
+    brief = known_options(LEAST_EFFORT)
 
     def y1(scale: jax.Array, data: MjxData) -> jax.Array:
         return march(ready.model, data, after._replace(yaw=scale * after.yaw), piece=piece)[1][-1, READING["y"]][0]

@@ -10,7 +10,7 @@ import numpy as np
 from belt_sim.case import Case, Rig, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.base import library
-from belt_sim.jax_setup import least_effort
+from belt_sim.jax_setup import LEAST_EFFORT, known_options
 from belt_sim.line.march import march_traced
 from belt_sim.model import MODELS, AnalyticModel
 from belt_sim.units import N_PER_MM2
@@ -80,4 +80,6 @@ def _stacked(trees):
 @cache
 def _compiled(model: AnalyticModel):
     run = partial(march_traced, model=model, plan=(RECORDS, STRIDE, SLOTS))
-    return jax.jit(jax.vmap(run, in_axes=(0, 0, None)), compiler_options=least_effort())  # it runs for 0.1 s
+    return jax.jit(
+        jax.vmap(run, in_axes=(0, 0, None)), compiler_options=known_options(LEAST_EFFORT)
+    )  # it runs for 0.1 s

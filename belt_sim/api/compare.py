@@ -12,7 +12,6 @@ from belt_sim.api.simulate import (
     ModelSpec,
     campaign_model,
     campaign_of,
-    closed_form_model,
     effects_of,
     fitted_model,
     refuse_effects,
@@ -57,7 +56,7 @@ def compare(
     campaign = campaign_of(campaign)
     curves = any(len(r.travel) for r in campaign.runs)
     spec = campaign_model(model, campaign)
-    chosen = fitted_model(spec) if curves else closed_form_model(spec)
+    chosen = fitted_model(spec, curves)
     acting = effects_of(effects)
     refuse_effects(chosen, acting)
 

@@ -5,10 +5,8 @@ import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from csv import DictWriter
 from dataclasses import dataclass
 from functools import partial
-from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -218,24 +216,6 @@ def report(diagnosis: "Diagnosis | str | os.PathLike[str]", path: str | os.PathL
 
 
 # ---- files in the folder of a run
-
-
-def write_comparison(folder: Path, c: "Comparison", *, pictures: bool) -> None:
-    """comparison.json (and the same as summary.json, which sweeps look for), per_run.csv and pictures."""
-    from belt_sim.results.files import file_json
-
-    content = file_json(c)
-    if c.per_run:
-        rows = [{k: v for k, v in row.items() if not isinstance(v, dict)} for row in content["per_run"]]
-        page = StringIO(newline="")
-        table = DictWriter(page, rows[0], lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
-        write_text(folder / "per_run.csv", page.getvalue())
-    write_json(folder / "comparison.json", content)
-    write_json(folder / "summary.json", content)
-    if pictures:
-        draw_all(folder, c)
 
 
 def draw_all(folder: Path, result: "Simulation | Comparison") -> None:

@@ -141,19 +141,14 @@ def model_of(spec: Any) -> Model | SteadyModel:
     return model_named(spec) if isinstance(spec, str) else spec
 
 
-def fitted_model(spec: Any) -> AnalyticModel:
-    """A model that can be fitted to curves; raises CannotRepresent for the others."""
-    model = closed_form_model(spec)
-    if isinstance(model, RitzingerFormula):
-        raise CannotRepresent(f"model = {model.name}: it gives a steady rate and no curves; use e.g. model=beam_th2")
-    return model
-
-
-def closed_form_model(spec: Any) -> AnalyticModel | RitzingerFormula:
-    """A model in closed form; raises CannotRepresent for the others."""
-    model = model_of(spec)
+def fitted_model(spec: Any, curves: bool = True) -> AnalyticModel:
+    """A model that can be fitted to curves, or without ``curves`` one that gives steady rates in closed form, of which
+    it may be ``RitzingerFormula``; raises CannotRepresent for the others."""
+    model: Any = model_of(spec)
     if not isinstance(model, AnalyticModel | RitzingerFormula):
         raise CannotRepresent(f"model = {model.name}: an analytic model is needed here, e.g. model=strip")
+    if curves and isinstance(model, RitzingerFormula):
+        raise CannotRepresent(f"model = {model.name}: it gives a steady rate and no curves; use e.g. model=beam_th2")
     return model
 
 
@@ -163,13 +158,14 @@ def effects_of(asked: Any) -> tuple[Effect, ...]:
     asked: None, an effects.yaml, or a list of ids, .py files, mappings {id: taper, kappa_t: 2e-5}, Effect objects and
     the effects that a diagnosis found.
     """
-    found_by = "as_setting"  # what a diagnosis has found has it; a curve does not wait for the types of a diagnosis
+    found_by = "by_explanation"  # what a diagnosis has found has it; a curve does not wait for the types of a diagnosis
     made = [asked] if isinstance(asked, Effect) or hasattr(asked, found_by) else asked
     if not isinstance(made, Sequence) or isinstance(made, str):
         return load_effects(made)
     laws = {k: e.law for k, e in enumerate(made) if hasattr(e, found_by) and e.law}
-    made = [e.as_setting() if hasattr(e, found_by) else e for e in made]
+    # a law as it was found; any other effect that was found as an entry of an effects.yaml
     made = [law_effect(law_of_entry(laws[k], found=True))() if k in laws else e for k, e in enumerate(made)]
+    made = [{"id": e.source_file or e.id, "parameters": dict(e.numbers)} if hasattr(e, found_by) else e for e in made]
     for cls in (e for e in made if isinstance(e, type) and issubclass(e, Effect)):
         example = f"{cls.__name__}({next(iter(cls.parameters))}=...)"
         raise InputError("effects", cls.__name__, "", f"give it numbers: {example}")

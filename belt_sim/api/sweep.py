@@ -15,7 +15,6 @@ import numpy as np
 
 from belt_sim.api.simulate import (
     by_tension,
-    closed_form_model,
     effects_of,
     fitted_model,
     limits_of_run,
@@ -240,7 +239,7 @@ class SweepGrid:
     def marches(self, model: Any, at: Any, threads: int) -> Callable[[np.ndarray], dict[str, np.ndarray]]:
         """The function from values (cases, axes) [SI] to columns, by marches side by side; raises InputError."""
         travel = self.plain["travel"]
-        chosen: Any = fitted_model(model) if travel is not None else closed_form_model(model)
+        chosen: Any = fitted_model(model, curves=travel is not None)
         if getattr(chosen, "keep", KEEP) != KEEP:
             raise InputError("model.keep", chosen.keep, "m", "a table keeps no curves; leave it out")
         chosen.admit(self.effects) if self.effects else None

@@ -2,20 +2,22 @@
 
 from collections.abc import Callable
 from contextlib import suppress
+from csv import DictWriter
 from functools import partial
 from importlib import import_module
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from belt_sim.api.plot import report_pictures, write_comparison, write_diagnosis, write_page
+from belt_sim.api.plot import draw_all, report_pictures, write_diagnosis, write_page
 from belt_sim.api.simulate import effects_of, fitted_model, model_for_campaign
 from belt_sim.campaign import Campaign, case_of, read_campaign
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves
 from belt_sim.errors import BeltError, finite, whole
-from belt_sim.io import write_json
+from belt_sim.io import write_json, write_text
 from belt_sim.jax_setup import begin_in_thread, map_in_threads
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.files import file_json, read_diagnosis
@@ -55,7 +57,18 @@ def compare_command(run_dir: RunDir) -> None:
     asked, pictures = (run_dir.campaign, config["model"], config["effects"]), config["pictures"]
     with run_dir.outputs() as draft:
         found = compare(*asked, drawn=pictures, config=config)
-        write_comparison(draft, found, pictures=pictures)
+        content = file_json(found)
+        if found.per_run:
+            rows = [{k: v for k, v in row.items() if not isinstance(v, dict)} for row in content["per_run"]]
+            page = StringIO(newline="")
+            table = DictWriter(page, rows[0], lineterminator="\n")
+            table.writeheader()
+            table.writerows(rows)
+            write_text(draft / "per_run.csv", page.getvalue())
+        for name in ("comparison.json", "summary.json"):  # which sweeps look for
+            write_json(draft / name, content)
+        if pictures:
+            draw_all(draft, found)
     tell_choice(config, found.base_model, _reason(run_dir.campaign))
     tell(found.tables(), [*found.lines(), run_dir.path])
 

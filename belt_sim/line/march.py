@@ -20,7 +20,7 @@ from belt_sim.errors import InputError, SimulationError
 from belt_sim.jax_setup import PROGRAMS, StoredProgram, in_float64, program_key
 from belt_sim.line import runup as drive
 from belt_sim.line.hooks import apply_hook, as_driven, as_numpy, call_hook, uses, where_acting
-from belt_sim.line.runup import RunOff, RunUp, Yaw, delayed_runoff
+from belt_sim.line.runup import RunOff, RunUp, Yaw
 from belt_sim.line.spans import Composition, Spans
 from belt_sim.units import N_PER_MM2
 
@@ -190,9 +190,18 @@ def _stepper(spans, spacing):
     arcs = jnp.stack([case.rig.wrap_tail, case.rig.wrap_head])
 
     def advance(carry, k):
-        ring, now, off, _ = carry
+        ring, now, off, _ = carry  # ring (slots, 6): y, alpha, moment of the tail, then of the head, step k in row k
+        slots = ring.shape[0]  # modulo so many
         s0 = k * spacing
-        off1 = delayed_runoff(ring, k + 1, arcs, spacing)
+        values = []  # that ran up one wrapped arc ago
+        for pulley in (0, 1):
+            back = arcs[pulley] / spacing
+            whole = jnp.floor(back).astype(int)
+            part = back - whole
+            near, far = ring[(k + 1 - whole) % slots], ring[(k - whole) % slots]
+            values.append(((1 - part) * near + part * far)[3 * pulley : 3 * pulley + 3])
+        both = jnp.stack(values)
+        off1 = RunOff(y=both[:, 0], alpha=both[:, 1], moment=both[:, 2])
         off1 = apply_hook(effects, "wrap", off1, replace(now, travel=s0 + spacing), case)
         commanded = _yaw(case, drive.mean_angle, s0, s0 + spacing)
 
@@ -207,7 +216,7 @@ def _stepper(spans, spacing):
         guess = (replace(now, travel=s0 + spacing), commanded)
         then, yaw_end = jax.lax.fori_loop(0, 2, correct, guess) if shapers else correct(0, guess)
         row = jnp.stack([then.y, then.alpha, then.moment], axis=1).ravel()
-        ring = ring.at[(k + 1) % ring.shape[0]].set(row)
+        ring = ring.at[(k + 1) % slots].set(row)
         return ring, then, off1, yaw_end
 
     return advance

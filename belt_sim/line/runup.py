@@ -136,24 +136,6 @@ class RunOff:
     turned: jnp.ndarray = field(default_factory=TWO_ZEROS)
 
 
-def delayed_runoff(ring, step, arcs, spacing):
-    """Return the values that ran up one wrapped arc ago.
-
-    ring: (slots, 6), columns y, alpha, moment of the tail, then of the head, row k holding march step k modulo slots;
-    step: number of the step asked for; arcs: wrapped arcs (2,) [m], tail and head; spacing [m] of the march.
-    """
-    slots = ring.shape[0]
-    values = []
-    for pulley in (0, 1):
-        back = arcs[pulley] / spacing
-        whole = jnp.floor(back).astype(int)
-        part = back - whole
-        near, far = ring[(step - whole) % slots], ring[(step - whole - 1) % slots]
-        values.append(((1 - part) * near + part * far)[3 * pulley : 3 * pulley + 3])
-    both = jnp.stack(values)
-    return RunOff(y=both[:, 0], alpha=both[:, 1], moment=both[:, 2])
-
-
 def angle_at(schedule: Schedule, travel):
     """Return the yaw [rad] at a scalar ``travel`` [m]; a step includes its own travel."""
     share = jnp.where(

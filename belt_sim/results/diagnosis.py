@@ -91,12 +91,6 @@ class FoundEffect:
             return (f"{each} (each if it were alone: the readings do not tell which)",)
         return ("that it is there is known, how large it is not",)
 
-    def as_setting(self) -> dict[str, Any]:
-        """The effect as an entry of an effects.yaml."""
-        if self.law is not None:
-            return dict(self.law)
-        return {"id": self.source_file or self.id, "parameters": dict(self.numbers)}
-
     def line(self, machine: MachineSizes | None = None) -> str:
         """The effect in a line, with its sizes on a machine."""
         others = ", ".join(map(" + ".join, self.confusable_with))

@@ -139,7 +139,7 @@ _SHARES = (0.0, 0.5, 1.0)  # of the way from the least tension to the most; a re
 
 
 class BeltMarch:
-    """The equations of motion of a batch of lines, and their computed past.
+    """The march of a batch of lines over ``reach`` metres of travel: their equations of motion and computed past.
 
     nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head; tail_yaw, head_yaw: (n, batch) as they
     really are; bent: curvature at the run-ups, (n, 2, batch); gone: how far friction has let the belt go where it
@@ -179,6 +179,12 @@ class BeltMarch:
         self.soft = 1 + line.cover * line.bending
         self.yields = bool(np.any(line.compliance))
         self.here = self.wrap_exit(np.zeros(batch), slipped=False)  # what leaves the pulleys at this node
+
+        first = (f.initial_state(np.zeros(batch), line) for f in self.of["initial_state"])
+        y, last = sum(first, np.zeros_like(self.state[0])), len(self.nodes) - 1
+        for k in range(last):
+            y = self.step(k, y)
+        self.rates(self.nodes[last], last - 1, y, self.here, last)
 
     def state_at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
         """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch)."""
@@ -331,18 +337,6 @@ class BeltMarch:
         return changed[0], changed[1]
 
 
-def march_line(line: Line, faults: Sequence[Fault], reach: float) -> BeltMarch:
-    """Run a batch of lines over ``reach`` metres of travel."""
-    march = BeltMarch(line, faults, reach)
-    at_rest = np.zeros(len(line.stress))
-    y = sum((f.initial_state(at_rest, line) for f in march.of["initial_state"]), np.zeros_like(march.state[0]))
-    last = len(march.nodes) - 1
-    for k in range(last):
-        y = march.step(k, y)
-    march.rates(march.nodes[last], last - 1, y, march.here, last)
-    return march
-
-
 def _ends(y, past, beta, beta_head):
     """(y, theta) at run-off and run-up of the span to the tail and of the span to the head pulley."""
     tail_off, head_off = past
@@ -405,7 +399,7 @@ def observe(plan: Plan, line: Line, faults: Sequence[Fault]) -> np.ndarray:
     for fault in faults:
         travelled = fault.true_travel(travelled, line)
     reach = max(float(travelled.max()), plan.spacing)
-    history = march_line(line, faults, reach)
+    history = BeltMarch(line, faults, reach)
     begun = np.broadcast_to(0.0 if plan.zero_at_start else line.yaw_at, (1, len(line.stress)))
     readings = []
     for place in plan.signals.values():

@@ -9,10 +9,10 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.effects.load import load_effects
-from belt_sim.jax_setup import least_effort
+from belt_sim.jax_setup import LEAST_EFFORT, known_options
 from belt_sim.settings import make_case
 
-jit = partial(jax.jit, compiler_options=least_effort())  # each runs once or twice
+jit = partial(jax.jit, compiler_options=known_options(LEAST_EFFORT))  # each runs once or twice
 
 
 def _with_tension(case, tension):

@@ -11,7 +11,7 @@ from paper_cases import LANES, YAW, marched, paper_case
 
 from belt_sim.effects.base import Effect, library
 from belt_sim.effects.span import SagRoll
-from belt_sim.jax_setup import least_effort
+from belt_sim.jax_setup import LEAST_EFFORT, known_options
 from belt_sim.line import span as span_law
 from belt_sim.line.hooks import HOOKS, LAW_NAMES, indicate, uses
 from belt_sim.line.influence import Bend, BoundaryValues
@@ -193,7 +193,7 @@ _KEPT: dict = {}
 
 def _derivative(curves):
     """One compilation for both points, which runs so seldom that little effort is spent on it."""
-    march = jax.jit(lambda at, along: jax.jvp(curves, at, along), compiler_options=least_effort())
+    march = jax.jit(lambda at, along: jax.jvp(curves, at, along), compiler_options=known_options(LEAST_EFFORT))
     return _KEPT.setdefault("jvp", march)
 
 

@@ -16,7 +16,7 @@ from belt_sim.errors import BeltError
 from belt_sim.units import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig.hidden import specified_hidden
 from belt_sim.virtual_rig.make import make_campaign
-from belt_sim.virtual_rig.march import TrueErrors, march_line, true_line
+from belt_sim.virtual_rig.march import BeltMarch, TrueErrors, true_line
 from belt_sim.virtual_rig.plan import Plan, RunSetting
 
 STRIP, BEAM_TH1, BEAM_TH2 = map(fitted_model, ("strip", "beam_th1", "beam_th2"))
@@ -132,7 +132,7 @@ def read_inside(share: float, fault: dict) -> np.ndarray:
     line = true_line(PLAN, "strip", TrueErrors())
     for one in faults:
         line = one.set(line)
-    history = march_line(line, faults, PLAN.length)
+    history = BeltMarch(line, faults, PLAN.length)
     travel = np.broadcast_to(PLAN.travel[:, None], (len(PLAN.travel), len(PLAN.runs)))
 
     def position(s):

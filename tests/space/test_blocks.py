@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from paper_cases import paper_case
 
-from belt_sim.jax_setup import in_float64, least_effort
+from belt_sim.jax_setup import LEAST_EFFORT, in_float64, known_options
 from belt_sim.space import Options
 from belt_sim.space.belt import ActiveFeatures, belt_arrays
 from belt_sim.space.block_tridiagonal import block_inverse, factorise, solve_chain
@@ -33,7 +33,7 @@ def test_a_chain_of_blocks_is_solved(rows):
         if i + 1 < rows:
             whole[i, :, i + 1], whole[i + 1, :, i] = beside[..., i], beside[..., i].T
     dense = np.linalg.solve(whole.reshape(3 * rows, -1), np.moveaxis(wanted, -1, 0).reshape(3 * rows, 2))
-    found = jax.jit(lambda d, b, w: solve_chain(factorise(d, b), w), compiler_options=least_effort())(
+    found = jax.jit(lambda d, b, w: solve_chain(factorise(d, b), w), compiler_options=known_options(LEAST_EFFORT))(
         diagonal, beside, wanted
     )
     np.testing.assert_allclose(np.moveaxis(found, -1, 0).reshape(3 * rows, 2), dense, rtol=0, atol=1e-13)
@@ -47,7 +47,9 @@ def test_blocks_are_inverted(size):
     roots, along = random.normal(size=(2, 5, size, size))
     blocks = roots @ roots.swapaxes(1, 2) + np.eye(size) + 1e4 * along[:, :, :1] * along[:, None, :, 0]
     found = np.moveaxis(
-        np.asarray(jax.jit(block_inverse, compiler_options=least_effort())(np.moveaxis(blocks, 0, -1))), -1, 0
+        np.asarray(jax.jit(block_inverse, compiler_options=known_options(LEAST_EFFORT))(np.moveaxis(blocks, 0, -1))),
+        -1,
+        0,
     )
     np.testing.assert_allclose(found, np.linalg.inv(blocks), rtol=0, atol=1e-9)
 

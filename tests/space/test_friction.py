@@ -4,7 +4,7 @@ import jax
 import numpy as np
 import pytest
 
-from belt_sim.jax_setup import in_float64, least_effort
+from belt_sim.jax_setup import LEAST_EFFORT, in_float64, known_options
 from belt_sim.space import Options
 from belt_sim.space.native import SpaceRun, instants_of, run_native
 from belt_sim.space.options import fit_options
@@ -17,7 +17,7 @@ ALIKE = 0.01  # of y: half the step; 1 ms against 2 ms differ by 0.02 %
 FASTER = 1.3  # y at 0.18 m: 1.80 times that of a belt that sticks at friction 0.3, and 1.46 times more at 0.1
 STRETCH = 0.005  # the tension adds F / EA, and the laid links are longer by as much
 HARDLY = 0.1  # [N], of links that carry 1800 N: the width is laid 0.03 um off
-SOLVE = jax.jit(slip_increments, compiler_options=least_effort())  # it runs ten times
+SOLVE = jax.jit(slip_increments, compiler_options=known_options(LEAST_EFFORT))  # it runs ten times
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from belt_sim.effects.pulley import LiftOff, Taper
 from belt_sim.effects.span import MachineTilt
 from belt_sim.effects.yaw import Cant, YawCompliance
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
-from belt_sim.jax_setup import in_float64, least_effort
+from belt_sim.jax_setup import LEAST_EFFORT, in_float64, known_options
 from belt_sim.mjx import READING, command, diverged, march, plan, prepare, scene, simulate_batch, stack_cases, step
 from belt_sim.space import Options
 from belt_sim.space.model import SpaceModel
@@ -28,7 +28,7 @@ from studies.paper.case import ROPE_EXAMPLE
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2, acceleration=3.0)
 TRAVEL = 0.4
 SIX_EFFECTS = 0.03  # of the largest y: 1.8 % were measured, at 40 mm between stations and 1.5 ms
-RUN = jax.jit(step, compiler_options=least_effort())  # one compilation for all loops below
+RUN = jax.jit(step, compiler_options=known_options(LEAST_EFFORT))  # one compilation for all loops below
 SHOWN = 0.01  # of y_1 in the last frame within the curves: 0.15 % were measured, between two rows
 PARITY = 0.01  # of the largest y: native itself moves by as much when its step is halved
 
@@ -167,7 +167,7 @@ def test_gradients_backwards_keep_the_beginning_of_pieces_alone():
     rows = jax.tree.map(jnp.asarray, plan(ready, 0.03))
     begin = int(np.argmax(np.asarray(rows.yaw[:, 1]) > 0.0))
     before, turning = (jax.tree.map(lambda c, s=s: c[s], rows) for s in (slice(begin), slice(begin, begin + 20)))
-    brief = least_effort()
+    brief = known_options(LEAST_EFFORT)
     data = jax.jit(lambda: march(ready.model, ready.data, before)[0], compiler_options=brief)()
 
     def moment(scale):

@@ -11,7 +11,7 @@ from mujoco import mjx
 from mujoco.mjx._src import scan
 from paper_cases import paper_case
 
-from belt_sim.jax_setup import in_float64, least_effort
+from belt_sim.jax_setup import LEAST_EFFORT, in_float64, known_options
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space import mjx as mjx_interface
 from belt_sim.space.mjx import MULTIBODY, plain_model, prepare_cases, to_mjx
@@ -21,7 +21,9 @@ from studies.paper.case import ROPE_EXAMPLE
 
 COARSE = Options(dx=0.04, dt=1.5e-3, run_in=0.3, settle=0.2)
 ROUNDING = 1e-12  # relative, of float64
-COMPUTE = jax.jit(lambda m, d: reduce(lambda d, stage: stage(m, d), MULTIBODY, d), compiler_options=least_effort())
+COMPUTE = jax.jit(
+    lambda m, d: reduce(lambda d, stage: stage(m, d), MULTIBODY, d), compiler_options=known_options(LEAST_EFFORT)
+)
 
 
 def scene(tension=40.0):

@@ -8,7 +8,7 @@ from virtual_bench import YAW, plan_of
 
 from belt_sim.campaign import Quantity
 from belt_sim.virtual_rig.faults import EdgeProfileFault, WeldFault
-from belt_sim.virtual_rig.march import TrueErrors, march_line, perfect_reading, true_line
+from belt_sim.virtual_rig.march import BeltMarch, TrueErrors, perfect_reading, true_line
 from belt_sim.virtual_rig.plan import TEST_RIG, RunSetting
 
 MACHINE = replace(TEST_RIG, head_radius=Quantity(value=0.12), tail_radius=Quantity(value=0.30))
@@ -30,7 +30,7 @@ def ways(line) -> list[tuple[str, str, np.ndarray]]:
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 def test_a_point_behind_a_wrap_shows_what_ran_up_one_wrap_before(direction):
     line = line_from(direction)
-    history, s = march_line(line, (), 30.0), np.linspace(2.0, 30.0, 57)[:, None]
+    history, s = BeltMarch(line, (), 30.0), np.linspace(2.0, 30.0, 57)[:, None]
     for first, then, wrap in ways(line)[1::2]:
         ran_up = perfect_reading(history, (), first, s - wrap)
         assert ran_up.max() > 1e-3  # [m]
@@ -40,7 +40,7 @@ def test_a_point_behind_a_wrap_shows_what_ran_up_one_wrap_before(direction):
 def test_steady_travel_keeps_the_slope_of_the_whole_belt():
     """Late, all points drift alike: y_1 - y_4 and y_3 - y_2 are what the spans make of it, the wraps do the rest."""
     line = line_from()
-    history, s = march_line(line, (), 500.0), np.array([[500.0]])
+    history, s = BeltMarch(line, (), 500.0), np.array([[500.0]])
     y = {k: perfect_reading(history, (), f"point_{k}", s).item() for k in "1234"}
     w = (y["1"] - perfect_reading(history, (), "point_1", s - 50.0).item()) / 50.0
     assert y["1"] - y["2"] == pytest.approx(w * line.wrap_tail.item(), rel=1e-3)
@@ -66,7 +66,7 @@ def test_a_weld_bends_the_run_ups_as_it_passes_them(direction):
     line = line_from(direction, yaw=0.0)
     above = line.span_length.item() / 2
     weld = WeldFault(angle=1e-3, at=above if direction > 0 else 3 * above + line.wrap_tail.item())
-    history, s = march_line(line, [weld], 25.0), np.linspace(0.0, 25.0, 2501)[:, None]
+    history, s = BeltMarch(line, [weld], 25.0), np.linspace(0.0, 25.0, 2501)[:, None]
     tail, head = ("point_1", "point_3") if direction > 0 else ("point_2", "point_4")
     for place, passes in ((tail, line.span_length / 2), (head, 1.5 * line.span_length + line.wrap_tail)):
         turns = np.abs(np.diff(perfect_reading(history, (), place, s)[:, 0], n=2))
