@@ -17,7 +17,7 @@ from belt_sim.effects.pulley import LiftOff
 from belt_sim.errors import InputError
 from belt_sim.line import span as span_law
 from belt_sim.line.hooks import as_indicated
-from belt_sim.line.march import KEEP, MARCH_STEP, march_driven
+from belt_sim.line.march import KEEP, MARCH_STEP, march_case
 from belt_sim.line.spans import ALL_HOOKS, Composition, steady_rate
 
 
@@ -82,7 +82,8 @@ class AnalyticModel(Composition):
             observer.start(case, travel)
 
         def engine(driven: Case, far: float) -> Curves:
-            return march_driven(driven, self, effects, travel=far, step=self.step, keep=min(self.keep, KEEP))
+            numbers: dict[str, float] = {"travel": far, "step": self.step, "keep": min(self.keep, KEEP)}
+            return march_case(driven, self, effects, **numbers, driven=True)
 
         curves = as_indicated(engine, case, effects, travel)
         for observer in observers:

@@ -261,11 +261,12 @@ class SweepGrid:
             places = tuple(finite("at", s, "m", remedy, lambda x: 0 <= x <= travel) for s in places)
             task = replace(task, travel=float(travel), at=places, plan=plan)
 
+        columns = sweep_columns(task.travel, task.at)[: None if task.steady else -1]  # in the order of ``_rows``
         compiled: list[bool] = []
 
         def work(values: np.ndarray) -> dict[str, np.ndarray]:
             number, chunk = len(values), min(CHUNK_CASES, len(values))
-            found = np.empty((number, len(task.columns)))
+            found = np.empty((number, len(columns)))
 
             def compute(start: int) -> None:  # a last chunk is filled up with the last case: all are compiled once
                 some = values[np.minimum(np.arange(start, start + chunk), number - 1)]
@@ -277,7 +278,7 @@ class SweepGrid:
                 compute(0)
                 compiled.append(True)
             map_in_threads(compute, range(begin, number, chunk), threads)
-            return dict(zip(task.columns, found.T, strict=True))
+            return dict(zip(columns, found.T, strict=True))
 
         return work
 
@@ -377,11 +378,6 @@ class MapTask:
     at: tuple[float, ...]
     plan: tuple[int, int, int]
     steady: bool
-
-    @property
-    def columns(self) -> tuple[str, ...]:
-        """Names of what is told, in the order of ``_rows``."""
-        return sweep_columns(self.travel, self.at)[: None if self.steady else -1]
 
 
 @partial(jit_float64, static_argnames=("task",))

@@ -215,7 +215,7 @@ def _effects(d: Findings) -> tuple[tuple[FoundEffect, ...], tuple[TiedSet, ...]]
                 parameters=seen[name],
                 probability=held_back(decision.named[name], type(effect), seen[name], alone.get(name, {})),
                 confusable_with=decision.confusable.get(name, ()),
-                rejected=decision.verdict.rejects_model,
+                rejected=decision.verdict not in (Verdict.ADEQUATE, Verdict.EXPLAINED),
                 source_file=getattr(type(effect), "source_file", None),
                 law=law_entry(effect) if isinstance(effect, GenericLaw) else None,
                 alone=alone[name] if not seen[name] else {},

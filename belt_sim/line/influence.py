@@ -241,7 +241,7 @@ def supports(span: Span, share, fields: SpanFields) -> tuple[Support, Support]:
         ((_, q0), (_, s0)), ((p1, _), (r1, _)) = pieces
         pushed = -inverse(s0 - p1)[:, 1] * span.length**2 / (span.bending * scale)
         support = Support(
-            place=_place_row(span, pieces),
+            place=place_row(span, pieces),
             give=pushed[0] * span.length,
             runup=(r1 @ pushed)[0] / span.length,
             runoff=(q0 @ pushed)[0] / span.length,
@@ -252,21 +252,7 @@ def supports(span: Span, share, fields: SpanFields) -> tuple[Support, Support]:
     return found[0], found[1]
 
 
-_NEAREST = 1e-3  # of the length: nearer to an end, a span is as good as straight, and a piece of it too short
-
-
-def place_row(span: Span, share):
-    """Return y at ``share`` (0..1) of the length, less y at the run-off, per unit of the boundary values (5,)."""
-    if span.limp:
-        return share * jnp.array([1.0, 0.0, 0.0, 0.0, 0.0])
-    numbers, *_ = dimensionless(span)
-    within = jnp.clip(share, _NEAREST, 1.0 - _NEAREST)
-    row = _place_row(span, [condense(numbers, part)[-1] for part in (within, 1.0 - within)])
-    beyond = (share - within) * span.length  # along the angle of the end that is near
-    return row + beyond * jnp.where(share < 0.5, jnp.eye(5)[1], jnp.eye(5)[2])
-
-
-def _place_row(span: Span, pieces):
+def place_row(span: Span, pieces):
     """Return y where two pieces meet, less y at the run-off, per unit of the boundary values, shape (5,)."""
     _, roll, _ = dimensionless(span)
     ((_, _), (r0, s0)), ((p1, q1), (_, _)) = pieces

@@ -34,12 +34,19 @@ RETURNED = ("travel", "y", "angle", "moment", "moment_runoff", "edge_stress", "t
 
 
 def march_case(
-    case: Case, model: Composition, effects=(), *, travel: float, step: float = MARCH_STEP, keep: float = KEEP
+    case: Case,
+    model: Composition,
+    effects=(),
+    *,
+    travel: float,
+    step: float = MARCH_STEP,
+    keep: float = KEEP,
+    driven: bool = False,
 ) -> Curves:
     """Return the true curves of one case, before encoder and sensors (``AnalyticModel.run`` adds those).
 
     Args:
-        case: the case as commanded.
+        case: the case as commanded, or ``driven``: with actual settings, after effects on the drive.
         model: the composition of laws.
         effects: effects on the belt; those of encoder and sensors have no influence here.
         travel: length of the run [m].
@@ -51,13 +58,8 @@ def march_case(
         SimulationError: if the belt runs ``FURTHEST_WIDTHS`` widths off, or the result is not finite.
     """
     model.admit(effects)
-    return march_driven(in_float64(as_driven)(case, effects), model, effects, travel=travel, step=step, keep=keep)
-
-
-def march_driven(
-    case: Case, model: Composition, effects=(), *, travel: float, step: float = MARCH_STEP, keep: float = KEEP
-) -> Curves:
-    """Like ``march_case``, for a case with actual settings, after effects on the drive."""
+    if not driven:
+        case = in_float64(as_driven)(case, effects)
     plan = plan_steps(case, travel=travel, step=step, keep=keep)
     tension = float(case.settings.tension)
     if not tension > 0:

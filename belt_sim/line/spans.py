@@ -27,8 +27,9 @@ from belt_sim.line.hooks import (
 )
 from belt_sim.line.influence import Bend, BoundaryValues, place_row, span_fields
 from belt_sim.line.runup import Contact, RunOff, State, Yaw, sag_angle
-from belt_sim.line.span import Response, Span, response
+from belt_sim.line.span import Response, Span, condense, dimensionless, response
 
+NEAREST_PLACE = 1e-3  # of the length: nearer to an end, a span is as good as straight, and a piece of it too short
 #: hooks that a march can apply
 ALL_HOOKS = frozenset({*BEFORE_ENGINE, *IN_MARCH, *AFTER_ENGINE})
 
@@ -166,8 +167,17 @@ class Spans:
             around, radius = (rig.wrap_tail, rig.tail_radius) if tail else (rig.wrap_head, rig.head_radius)
             outwards = radius * jnp.sin(jnp.pi * place.distance / around)
             return lambda state, off, yaw: outwards * (yaw.tail if tail else -yaw.head)
-        share, forward = place.distance / self.span.length, self.case.settings.direction > 0
-        rows = jnp.stack([place_row(self.span, s) for s in (1.0 - share, share)])  # up the tail, up the head pulley
+        span, forward = self.span, self.case.settings.direction > 0
+        share, found = place.distance / span.length, []
+        for s in (1.0 - share, share):  # y there less y at the run-off, up the tail, up the head pulley
+            if span.limp:
+                found.append(s * jnp.array([1.0, 0.0, 0.0, 0.0, 0.0]))
+                continue
+            within = jnp.clip(s, NEAREST_PLACE, 1.0 - NEAREST_PLACE)
+            row = place_row(span, [condense(dimensionless(span)[0], part)[-1] for part in (within, 1.0 - within)])
+            beyond = (s - within) * span.length  # along the angle of the end that is near
+            found.append(row + beyond * jnp.where(s < 0.5, jnp.eye(5)[1], jnp.eye(5)[2]))
+        rows = jnp.stack(found)
         which = jnp.where(forward == (place.where == "upper_span"), 0, 1)
 
         def read(state: State, off: RunOff, yaw: Yaw) -> jax.Array:

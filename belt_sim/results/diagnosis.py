@@ -382,11 +382,6 @@ class Verdict(StrEnum):
     def headline(self) -> str:
         return _SAID[self][0]
 
-    @property
-    def rejects_model(self) -> bool:
-        """True when even the final model fails, so that its fitted values are no physical constants."""
-        return self not in (Verdict.ADEQUATE, Verdict.EXPLAINED)
-
     def sentence(self, model: str, effects: Sequence[str], damage: str = "") -> str:
         """The verdict as people would say it; damage: what looks wrong in the data."""
         return _SAID[self][1].format(model=model, effects=join_words(effects), damage=damage)
@@ -527,7 +522,7 @@ class Diagnosis(Display):
             return "Nothing is certain to be missing"
         # a limit that hangs on what nobody states ("if friction is ...") takes no certainty off a model that agrees
         limits = [sentence for sentence in self.beyond if not sentence.startswith("if ")]
-        reserved = limits and not self.verdict.rejects_model
+        reserved = limits and self.verdict in (Verdict.ADEQUATE, Verdict.EXPLAINED)
         return f"{self.verdict.headline}, with a reservation" if reserved else self.verdict.headline
 
     @property
