@@ -332,7 +332,7 @@ class StoredProgram:
         found = None
         with suppress(*UNREADABLE):
             found = _load(file)
-        program = found or traced.compile()
+        program: Any = found or traced.compile()
         for left in Path(folder).glob(f"*{name}*"):  # in JAX's own cache, where nothing finds it again
             left.unlink(missing_ok=True)
         with suppress(Exception):  # JAX cannot write every program, and a full or read-only disk keeps none

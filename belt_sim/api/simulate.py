@@ -149,7 +149,7 @@ def fitted_model(spec: Any, curves: bool = True) -> AnalyticModel:
         raise CannotRepresent(f"model = {model.name}: an analytic model is needed here, e.g. model=strip")
     if curves and isinstance(model, RitzingerFormula):
         raise CannotRepresent(f"model = {model.name}: it gives a steady rate and no curves; use e.g. model=beam_th2")
-    return model
+    return model  # type: ignore[return-value]  # a formula only where no curves are asked for
 
 
 def effects_of(asked: Any) -> tuple[Effect, ...]:
