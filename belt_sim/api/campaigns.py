@@ -1,9 +1,8 @@
-"""Write a campaign folder: an empty one with a plan of runs, or one from a logger's files; and tell what an import
-understood."""
+"""Write a campaign folder from a logger's files, and tell what an import understood."""
 
 import copy
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from glob import glob
 from pathlib import Path
 from typing import Any
@@ -13,48 +12,16 @@ from rich.console import Console
 
 from belt_sim.campaign import Campaign
 from belt_sim.campaign.folder import SEALED
-from belt_sim.diagnosis.foresight import harm_warnings
-from belt_sim.errors import InputError, finite, flag
+from belt_sim.errors import InputError, flag
 from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, understand, write
 from belt_sim.importing.columns import DRAWING, span_of
 from belt_sim.importing.mapping import mapping_of
-from belt_sim.importing.sheets import PLAN_COLUMNS, plan_for, plan_rows, template, travel_for
 from belt_sim.io import write_text
 from belt_sim.results.words import Table
-from belt_sim.settings import BOUNDS, belt_from, rig_from
 from belt_sim.show.terminal import rich_table
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 PICTURE = "understood.png"
-
-
-def new_campaign(folder: Path, config: Mapping[str, Any]) -> Campaign:
-    """Write the template and tell what each planned run is good for; config: as conf/new.yaml. Raises InputError,
-    CampaignError."""
-
-    def numbers(name: str, asked: Any, unit: str, most: float) -> list[float]:
-        if not isinstance(asked, Sequence) or isinstance(asked, str) or not asked:
-            raise InputError(name, asked, unit, "give a list, as [7,15,35]")
-        remedy = f"give a number above 0 and up to {most:g}"
-        return list(dict.fromkeys(finite(name, v, unit, remedy, lambda x: 0.0 < x <= most) for v in asked))
-
-    rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
-    tensions, yaw = config["tensions"], config["yaw"]
-    if tensions is not None:
-        tensions = sorted(numbers("tensions", tensions, "N/mm2", BOUNDS["tension"].high))
-    if yaw is not None:
-        yaw = numbers("yaw", [yaw], "degrees", BOUNDS["yaw"].high / 2.0)[0]
-    travel = travel_for(rig)
-    planned = plan_for(rig, belt, numbers("speed", [config["speed"]], "m/s", 25.0)[0], tensions, yaw)
-    places = config["signals"] if isinstance(config["signals"], list) else [config["signals"]]
-    campaign = template(folder, rig, belt, planned, [str(p) for p in places], travel, str(config["title"]))
-    title = f"Runs to measure, {travel:g} m each"
-    Console(highlight=False).print(rich_table(Table(title, PLAN_COLUMNS, plan_rows(planned), left=("run", "good for"))))
-    print(f"campaign  {folder}\n          campaign.yaml: replace what says REPLACE; plan.md: this table")
-    print(f"next      belt-sim check campaign={folder} travel={travel:g}")
-    for warning in harm_warnings(campaign):
-        print(f"warning   {warning}")
-    return campaign
 
 
 def import_files(

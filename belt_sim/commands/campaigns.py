@@ -3,6 +3,7 @@
 import copy
 import json
 import sys
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
@@ -12,24 +13,52 @@ from rich.markup import escape
 from rich.prompt import Confirm, Prompt
 
 from belt_sim import virtual_rig
-from belt_sim.api.campaigns import import_files, new_campaign, tell_proposal
+from belt_sim.api.campaigns import import_files, tell_proposal
 from belt_sim.campaign.folder import campaign_folder
 from belt_sim.case import GRAVITY
 from belt_sim.commands.runs import RunDir
+from belt_sim.diagnosis.foresight import harm_warnings
 from belt_sim.errors import BeltError, InputError, finite, whole
 from belt_sim.importing.build import Proposal, understand
 from belt_sim.importing.columns import DRAWING, LoggedTables
 from belt_sim.importing.mapping import ROLES, Question
+from belt_sim.importing.sheets import PLAN_COLUMNS, plan_for, plan_rows, template, travel_for
 from belt_sim.io import group_names
-from belt_sim.settings import belt_from, rig_from
+from belt_sim.results.words import Table
+from belt_sim.settings import BOUNDS, belt_from, rig_from
+from belt_sim.show.terminal import rich_table
 from belt_sim.units import MM
 from belt_sim.virtual_rig.make import BASE, plan_by_number, random_campaign
 from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan
 
 
 def new_command(run_dir: RunDir) -> None:
-    """Write an empty, commented campaign and say what each of its runs is good for."""
-    new_campaign(Path(run_dir.config["out"] or run_dir.path / "campaign"), run_dir.config)
+    """Write an empty, commented campaign and say what each of its runs is good for. Raises BeltError."""
+
+    def numbers(name: str, asked: Any, unit: str, most: float) -> list[float]:
+        if not isinstance(asked, Sequence) or isinstance(asked, str) or not asked:
+            raise InputError(name, asked, unit, "give a list, as [7,15,35]")
+        remedy = f"give a number above 0 and up to {most:g}"
+        return list(dict.fromkeys(finite(name, v, unit, remedy, lambda x: 0.0 < x <= most) for v in asked))
+
+    config: Any = run_dir.config
+    folder = Path(config["out"] or run_dir.path / "campaign")
+    rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
+    tensions, yaw = config["tensions"], config["yaw"]
+    if tensions is not None:
+        tensions = sorted(numbers("tensions", tensions, "N/mm2", BOUNDS["tension"].high))
+    if yaw is not None:
+        yaw = numbers("yaw", [yaw], "degrees", BOUNDS["yaw"].high / 2.0)[0]
+    travel = travel_for(rig)
+    planned = plan_for(rig, belt, numbers("speed", [config["speed"]], "m/s", 25.0)[0], tensions, yaw)
+    places = config["signals"] if isinstance(config["signals"], list) else [config["signals"]]
+    campaign = template(folder, rig, belt, planned, [str(p) for p in places], travel, str(config["title"]))
+    title = f"Runs to measure, {travel:g} m each"
+    Console(highlight=False).print(rich_table(Table(title, PLAN_COLUMNS, plan_rows(planned), left=("run", "good for"))))
+    print(f"campaign  {folder}\n          campaign.yaml: replace what says REPLACE; plan.md: this table")
+    print(f"next      belt-sim check campaign={folder} travel={travel:g}")
+    for warning in harm_warnings(campaign):
+        print(f"warning   {warning}")
 
 
 def reveal_command(run_dir: RunDir) -> None:

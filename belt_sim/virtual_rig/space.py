@@ -125,7 +125,12 @@ def make_space_campaign(
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
     errors = draw_errors(plan, sensors, streams[0])
     cases = true_cases(plan, base, errors)
-    engine = engine or engine_for(cases[0], what.faults, options)
+    if not engine:  # quasi_static is many times faster, where it can do what the faults make of the scene
+        engine = "quasi_static"
+        try:
+            refuse_sliding_limp("flex", options, scene_parts(cases[0], what.faults, options))
+        except CannotRepresent:
+            engine = "native"
     curves = measure([SceneRun(c, what.faults, options, plan.length, engine) for c in cases], workers)
     readings = take_readings(plan, curves)
     readings = add_noise(readings, plan.travel, sensors.sheets(plan), sensors, streams[1])
@@ -171,16 +176,6 @@ def measure(runs: Sequence[SceneRun], workers: int | None = None) -> list[Curves
             found.append(curves)
             done(run.travel)
     return found
-
-
-def engine_for(case: Case, faults: Sequence[Fault], options: Options) -> str:
-    """quasi_static, many times faster, where it can do what the faults make of the scene; otherwise native."""
-
-    try:
-        refuse_sliding_limp("flex", options, scene_parts(case, faults, options))
-    except CannotRepresent:
-        return "native"
-    return "quasi_static"
 
 
 def scene_parts(case: Case, faults: Sequence[Fault], options: Options) -> SceneParts:

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from shipped_schema import check as follows_its_schema
 
-from belt_sim.api.campaigns import new_campaign
 from belt_sim.api.check import check
 from belt_sim.campaign import CampaignError, read_campaign
 from belt_sim.campaign.folder import is_plan, read_plan
+from belt_sim.commands.campaigns import new_command
+from belt_sim.commands.runs import RunDir
 from belt_sim.diagnosis.foresight import harm_warnings
 from belt_sim.errors import BeltError
 from belt_sim.results.files import file_json
@@ -24,6 +25,10 @@ SETTINGS = {
     "title": "a plan",
 }
 FEW = ["taper", "camber", "yaw_offset_tail", "sensor_gain", "yaw_backlash"]
+
+
+def new_campaign(folder, config):
+    new_command(RunDir(folder.parent, "new", config | {"out": str(folder)}))
 
 
 @pytest.fixture(scope="module")
