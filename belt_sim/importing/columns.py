@@ -483,7 +483,8 @@ def _resolve(column: Column, taken: list[str]) -> Column:
         return replace(column, role=role, unit="", at="", asked="")
 
     own, unit = (scaled_unit(entry.unit) if entry.unit else None) or (1.0, entry.unit)
-    if _is_stroke(column, role):
+    is_length = UNITS.get(column.stated_unit, ("",))[0] == "length"
+    if role in ("yaw", "yaw_head") and entry.unit is None and is_length:  # a cylinder's stroke
         own, unit = UNITS[column.stated_unit][1], "rad"  # after entry.factor, 1/lever
     usual, fitting = USUAL_UNITS[kinds[0]], [u for u in (column.stated_unit, column.unit) if u and u in UNITS]
     fitting = [u for u in fitting if UNITS[u][0] in kinds and (column.is_certain or entry.axis is None)]
@@ -511,12 +512,6 @@ def _resolve(column: Column, taken: list[str]) -> Column:
             raise InputError(f"{where}.name", signal, "", error.remedy) from None
     scale = UNITS[unit][1] * own * entry.factor * entry.sign
     return replace(column, role=role, unit=unit, factor=scale, at=at, signal=signal)
-
-
-def _is_stroke(column: Column, role: str) -> bool:
-    """Whether a yaw stands as a length, as a cylinder's stroke does; its lever is a factor in 1/m."""
-    is_length = UNITS.get(column.stated_unit, ("",))[0] == "length"
-    return role in ("yaw", "yaw_head") and column.entry.unit is None and is_length
 
 
 def rises(column: Column) -> bool:
@@ -603,7 +598,9 @@ def _open_questions(column: Column, table: LoggedTable) -> Iterator[Question]:
     remark = _SIGN.search(column.name)
     if remark and column.role in ("signal", "yaw", "yaw_head") and "sign" not in entry.model_fields_set:
         yield ask("sign", remark=remark.group().strip(" ()[],;"), **words)
-    if _is_stroke(column, column.role) and "factor" not in entry.model_fields_set:
+    is_length = UNITS.get(stated, ("",))[0] == "length"
+    is_stroke = column.role in ("yaw", "yaw_head") and entry.unit is None and is_length  # of a cylinder
+    if is_stroke and "factor" not in entry.model_fields_set:
         yield ask("lever", **words)
     if column.open_use:
         shown = "; ".join(f"{c.name}: {span_of(c)}" for c in table.columns if c.name in column.open_use)

@@ -137,7 +137,7 @@ class Mesh:
     rest [m], shape (n, m, 3): stress-free places (body positions), of which only the distances count; laid [m], same
     shape: places under tension; line_stiffness [N], shape (m,): EA of each line of nodes; line_y [m], shape (m,);
     mass [kg], shape (m,), a node; chord [m]: rest distance of neighbouring stations of the straight belt; closed: an
-    endless belt; residual [1]: amplitude of the residual stress over E; curvature [1/m], shape (links,): natural, in
+    endless belt; residual [1]: amplitude of the residual stress over E; curvature [1/m], a link: natural, in
     the belt's plane (camber), None = straight. Neither changes ``rest``: see ``tie_lengths``.
     """
 
@@ -154,11 +154,6 @@ class Mesh:
     @property
     def stations(self) -> int:
         return self.rest.shape[0]
-
-    @property
-    def links(self) -> int:
-        """Pairs of neighbouring stations."""
-        return self.stations if self.closed else self.stations - 1
 
     @property
     def lines(self) -> int:
@@ -185,7 +180,7 @@ def tie_lengths(mesh: Mesh, tied: np.ndarray, share: float) -> np.ndarray:
     y, apart = mesh.line_y[line], np.diff(station, axis=1)[:, 0]
     along = mesh.chord * (1.0 - mesh.residual_strain[line])
     if mesh.curvature is not None:
-        link = np.where(apart % mesh.stations == 1, station[:, 0], station[:, 1]) % mesh.links
+        link = np.where(apart % mesh.stations == 1, station[:, 0], station[:, 1]) % len(mesh.curvature)
         along = along * (1.0 - share * mesh.curvature[link][:, None] * y)
     return np.hypot(np.where(apart == 0, 0.0, np.sqrt(along.prod(axis=1))), np.diff(y, axis=1)[:, 0])
 
@@ -236,6 +231,7 @@ def add_belt(spec: mujoco.MjSpec, belt: str, mesh: Mesh, case: Case, options: Op
     """One body a node on slides along x, y, z, and what ties them: flex triangles between the stations, whose diagonals
     alternate so that the mesh has no preferred side; or bonds, springs along the line between two nodes (tendons)."""
     n, m, every = mesh.stations, mesh.lines, list(itertools.product(range(mesh.stations), range(mesh.lines)))
+    links = n if mesh.closed else n - 1  # pairs of neighbouring stations
     for i, j in every:
         body = spec.worldbody.add_body(name=node_name(i, j), pos=mesh.rest[i, j])
         body.mass, body.inertia, body.explicitinertial = mesh.mass[j], [1e-9] * 3, True
@@ -248,7 +244,7 @@ def add_belt(spec: mujoco.MjSpec, belt: str, mesh: Mesh, case: Case, options: Op
     if belt == "flex":
         flex = spec.add_flex(name="belt", dim=2)
         flex.vertbody, flex.vert = [node_name(i, j) for i, j in every], [0.0] * (3 * n * m)
-        corners = (v for i in range(mesh.links) for j in range(m - 1) for t in zigzag(i, j) for v in t)
+        corners = (v for i in range(links) for j in range(m - 1) for t in zigzag(i, j) for v in t)
         flex.elem = [station % n * m + line for station, line in corners]
         flex.young, flex.poisson = float(case.belt.youngs_modulus), float(case.belt.poisson_ratio)
         flex.thickness, flex.elastic2d = float(case.belt.area) / float(mesh.line_y[0] - mesh.line_y[-1]), STRETCH_ONLY
@@ -261,7 +257,7 @@ def add_belt(spec: mujoco.MjSpec, belt: str, mesh: Mesh, case: Case, options: Op
         w = lattice.width / (m - 1)
         transverse, diagonal = lattice.transverse / w, lattice.diagonal / float(np.hypot(mesh.chord, w))
     for i, j in every:
-        on, linked, wide = (i + 1) % n, i < mesh.links, j + 1 < m
+        on, linked, wide = (i + 1) % n, i < links, j + 1 < m
         for one, other, stiffness in (
             ((i, j), (on, j), linked * mesh.line_stiffness[j] / mesh.chord),
             ((i, j), (i, j + 1), wide * transverse),
