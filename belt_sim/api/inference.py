@@ -96,7 +96,7 @@ def diagnose(
         tell_stage = partial(stages, 0)
         own, running = free_starts(campaign, chosen, None if beside else LawSearch().evidence_of_unknown)
         of_data = (*suspicions(own), *check_repeats(own))
-        settled = checked or any(s.severity == "stop" for s in of_data)
+        settled = checked or any(s.severity == "stop" for s in (*running, *of_data))
         of_sheet = () if settled else sheet_evidence(free_zeros(own, of_data), chosen, tell_stage)
         forget_layout()
         doubtful = [*running, *(e.suspicion for e in of_sheet if e.certain)]

@@ -220,8 +220,8 @@ def free_starts(
     A belt at rest leans after a yaw, which every pulley shows in turn; one that ran with the yaw leans already. So does
     one that ran without any, by the faults of its machine: where one is free, the other is.
 
-    evidence_of_laws: of a fit in the linear range; a law that says as much with fewer numbers keeps the starts as
-    stated (None: none is sought).
+    evidence_of_laws: of a fit in the linear range (None: none is sought). Where a law says as much with fewer numbers,
+    records cannot tell the two, and the remark asks: the campaign is as stated, for who knows that it is.
     """
     curved = _curves_of(campaign)
     begun = [r for r in curved.runs if r.run_in == 0.0 and (not (r.yaw or r.yaw_head) or r.travel[0] >= r.yaw_at)]
@@ -240,26 +240,28 @@ def free_starts(
     of_sheet = (_refine(*_screen(m, curved, stated), stated)[0] for m in sheet_mistakes(curved))
     if any(stated.total() - chi2 > BELIEVED * (removed if sure else excess) for chi2 in of_sheet):
         return campaign, ()  # a yaw that came later than stated is told as that
+    law_instead = False
     if sure and evidence_of_laws is not None:
         bench = stated.bench
         (fit,) = bench.fit([bench.start([c.id for c in bench.forward.classes], bench.forward.null())])
-        laws = evidence_of_laws(bench, fit).laws
-        sure = left + cost < min((fit.chi2 - law.gain + law.cost for law in laws), default=np.inf)
-    sentence = f"the belt of {shortlist(open_runs)} "
-    sentence += (
-        f"leans already where the record begins: the machine ran before; its state there is left free ({share})"
-        if sure
-        else f"may lean already where the record begins ({share}): did the machine run before? If so,"
-    )
-    sentence += "; " if sure else " "
-    sentence += (
-        "state run_in_m in runs.csv (run_in in an import's mapping): how far it had run from a straight start, or "
-        "unknown; where the yaw was on already, yaw_at_m below 0"
-    )
-    if sure:
+        least = min((fit.chi2 - law.gain + law.cost for law in evidence_of_laws(bench, fit).laws), default=np.inf)
+        law_instead = least < left + cost
+    if law_instead:
+        said = (
+            f"leans already where the record begins, or an unknown law acts ({share}): these records cannot tell; did "
+            "the machine run before? If so,"
+        )
+    elif sure:
+        said = f"leans already where the record begins: the machine ran before; its state there is left free ({share});"
         runs = tuple(replace(r, run_in=np.nan) if r.name in open_runs else r for r in campaign.runs)
         campaign = replace(campaign, runs=runs)
-    return campaign, (Suspicion(None, (), "running_start", sentence, "look"),)
+    else:
+        said = f"may lean already where the record begins ({share}): did the machine run before? If so,"
+    sentence = (
+        f"the belt of {shortlist(open_runs)} {said} state run_in_m in runs.csv (run_in in an import's mapping): how "
+        "far it had run from a straight start, or unknown; where the yaw was on already, yaw_at_m below 0"
+    )
+    return campaign, (Suspicion(None, (), "running_start", sentence, "stop" if law_instead else "look"),)
 
 
 class _Layout:
