@@ -166,7 +166,17 @@ def prepare(space: bool = False) -> None:
 
     BELT_SIM_CACHE=off keeps none: every process then compiles everything itself, a minute for a diagnosis. What the
     environment already says (JAX_PLATFORMS; flags of the same names in XLA_FLAGS) stays.
+
+    Raises InputError for variables that JAX cannot work with: XLA ends a process that has a flag which it does not
+    know.
     """
+    if jax.config.jax_disable_jit:  # type: ignore[attr-defined]
+        raise InputError("JAX_DISABLE_JIT", "1", "", "belts are compiled; unset it")
+    # without our own flags, which this process or the one that started it has set
+    flags = " ".join(flag for flag in os.environ.get("XLA_FLAGS", "").split() if flag not in _FLAGS)
+    if flags and (why := _why_not_started(os.environ["XLA_FLAGS"].split())):
+        raise InputError("XLA_FLAGS", flags, "", f"XLA does not start with it ({why[-120:]}); unset it")
+
     wanted = "" if space and any(find_spec(name) for name in _CUDA) else "cpu"
     asked = os.environ.get("JAX_PLATFORMS")
     os.environ.setdefault("JAX_PLATFORMS", wanted)  # "": the fastest that there is
@@ -198,18 +208,6 @@ def keep_programs(replace: bool = False) -> None:
     warnings.filterwarnings("ignore", "Error (reading|writing) persistent compilation cache entry")
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.0)
     jax.config.update("jax_persistent_cache_min_entry_size_bytes", -1)
-
-
-def check_environment() -> None:
-    """Raise InputError for variables of the user's that JAX cannot work with: XLA ends a process that has a flag which
-    it does not know."""
-    if jax.config.jax_disable_jit:  # type: ignore[attr-defined]
-        raise InputError("JAX_DISABLE_JIT", "1", "", "belts are compiled; unset it")
-    flags = " ".join(flag for flag in os.environ.get("XLA_FLAGS", "").split() if flag not in _FLAGS)
-    if not flags:  # none but our own, which this process or the one that started it has set
-        return
-    if said := _why_not_started(os.environ["XLA_FLAGS"].split()):
-        raise InputError("XLA_FLAGS", flags, "", f"XLA does not start with it ({said[-120:]}); unset it")
 
 
 STORED = "stored"  # below JAX's folder of compiled programs

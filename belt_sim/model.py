@@ -8,6 +8,7 @@ laws are shared.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any, Literal, Protocol, get_args, runtime_checkable
 
 from belt_sim.case import Case
@@ -80,11 +81,9 @@ class AnalyticModel(Composition):
         self.admit(effects)
         for observer in observers:
             observer.start(case, travel)
-
-        def engine(driven: Case, far: float) -> Curves:
-            numbers: dict[str, float] = {"travel": far, "step": self.step, "keep": min(self.keep, KEEP)}
-            return march_case(driven, self, effects, **numbers, driven=True)
-
+        engine = partial(
+            march_case, model=self, effects=effects, step=self.step, keep=min(self.keep, KEEP), driven=True
+        )
         curves = as_indicated(engine, case, effects, travel)
         for observer in observers:
             observer.finish(curves)

@@ -305,10 +305,9 @@ def prepare_jax(space: bool) -> None:
             remedy = f"{needed}; raise the limit (ulimit -v unlimited)"
             raise InputError("ulimit -v", f"{limit / 1e9:.3g}", "GB", remedy)
     try:
-        from belt_sim.jax_setup import check_environment, prepare
+        from belt_sim.jax_setup import prepare
     except ValueError as error:  # JAX reads JAX_... as it is imported
         raise BeltError(f"JAX_...: {error}; unset it") from error
-    check_environment()
     prepare(space)
 
 

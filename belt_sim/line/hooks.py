@@ -164,16 +164,14 @@ def wrong_file(path: Path, line: int, what: str) -> InputError:
 
 
 @in_float64
-def as_indicated(
-    engine: Callable[[Case, float], Curves], case: Case, effects: Sequence[Hooks], travel: float
-) -> Curves:
-    """Curves of ``engine(case as driven, travel)`` as encoder and sensors show them, up to ``travel`` [m].
+def as_indicated(engine: Callable[..., Curves], case: Case, effects: Sequence[Hooks], travel: float) -> Curves:
+    """Curves of ``engine(case as driven, travel=...)`` as encoder and sensors show them, up to ``travel`` [m].
 
     The engine is run as far as the belt goes while the encoder counts that much; its records are spread over what the
     encoder shows, so that without an encoder's error they are read where they are.
     """
     driven, far = asked_of_engine(case, effects, travel)
-    curves = engine(driven, far)
+    curves = engine(driven, travel=far)
     if not any(uses(effects, hook) for hook in AFTER_ENGINE):
         return curves
     return as_numpy(indicate(curves, case, effects, np.asarray(curves.travel) * (travel / far)))

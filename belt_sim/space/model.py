@@ -154,11 +154,11 @@ class SpaceModel:
         """
         self.admit(effects)
 
-        def engine(driven: Case, far: float) -> Curves:
+        def engine(driven: Case, *, travel: float) -> Curves:
             if computed is not None:
-                return computed.replay(observers, driven, far)
+                return computed.replay(observers, driven, travel)
             own: dict[str, Any] = {"options": self.options_for(driven), "parts": self.parts(driven, effects)}
-            own |= {"belt": self.belt, "travel": far, "observers": observers}
+            own |= {"belt": self.belt, "travel": travel, "observers": observers}
             if self.engine not in BATCH_ENGINES:
                 from belt_sim.space.native import run_native  # MuJoCo takes a while to load
 

@@ -16,7 +16,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity, Run, SettingsSheet, Source, write_campaign
+from belt_sim.campaign import Campaign, Machine, Quantity, Run, SettingsSheet, Source, write_campaign
 from belt_sim.errors import InputError, whole
 from belt_sim.io import write_text
 from belt_sim.units import MM, N_PER_MM2, round_digits
@@ -337,7 +337,10 @@ def true_noise(plan: Plan, stated: Noise, rng: np.random.Generator) -> Noise:
 
 
 def random_plan(kind: str, rng: np.random.Generator) -> tuple[Plan, Noise]:
-    """A plan and stated noise for a machine of one kind."""
+    """A plan and stated noise for a machine of one kind.
+
+    Runs: tensions times yaws; then, by chance, zero yaw, reversed travel, a second speed, repeats; 4 to 20 in all.
+    """
     machine, belt, numbers = TEST_RIG, TEST_BELT, _RIGS[kind][2](rng)
     if numbers:
         distance, width, thickness, radius = map(float, numbers)
@@ -348,9 +351,32 @@ def random_plan(kind: str, rng: np.random.Generator) -> tuple[Plan, Noise]:
         belt = replace(TEST_BELT, width=wide, thickness=thick)
     length = float(rng.choice(_RIGS[kind][1]))
     signals = _SIGNALS[int(rng.integers(len(_SIGNALS)))]
-    runs = _runs(kind, machine, belt, rng)
+
+    # the runs
+    count = int(rng.choice((1, 2, 3, 4), p=(0.15, 0.25, 0.3, 0.3)))
+    tensions = sorted(float(t) * N_PER_MM2 for t in rng.choice(_RIGS[kind][0], count, replace=False))
+    slack = tensions[0] * machine.centre_distance.value / (2 * belt.youngs_modulus.value * belt.width.value)
+    largest = float(min(rng.uniform(*_SLACK) * slack, 2e-3))
+    yaws = {
+        "both": (-largest, largest),
+        "one": (largest, 0.5 * largest) if count < 3 else (largest,),
+        "many": (-largest, -0.5 * largest, 0.5 * largest, largest),
+    }[str(rng.choice(("both", "one", "many"), p=(0.6, 0.2, 0.2)))]
+    speed = float(rng.choice(_SPEEDS))
+    late = float(round(rng.uniform(1.0, 4.0), 1)) if rng.random() < 0.2 else 0.0
+    first = [RunSetting(tension=t, yaw=y, speed=speed, yaw_at=late) for t in tensions for y in yaws]
+    extra = [replace(first[0], yaw=0.0, tension=t) for t in tensions] if rng.random() < 0.3 else []
+    extra += [replace(first[k], direction=-1.0) for k in (0, -1)] if rng.random() < 0.25 else []
+    extra += [replace(first[k], speed=2 * speed) for k in (0, -1)] if rng.random() < 0.25 else []
+    runs = (first + extra)[:_MOST]
+    # some runs once more, or none; as many as it takes to have four
+    wanted = int(rng.choice((0, 1, 2, 4), p=(0.35, 0.15, 0.3, 0.2)))
+    wanted = max(min(wanted, _MOST - len(runs)), _LEAST - len(runs), 0)
+    picked = [int(k) % len(runs) for k in rng.permutation(max(len(runs), wanted))[:wanted]]
+    runs += [replace(runs[k], repeat_of=k) for k in picked]
+
     plan = Plan(
-        runs=runs,
+        runs=tuple(runs),
         length=length,
         spacing=max(length / float(rng.choice(_READINGS)), 0.1),
         signals={f"y{place[-1]}" if place.startswith("point_") else "phi_upper": place for place in signals},
@@ -370,35 +396,6 @@ def random_plan(kind: str, rng: np.random.Generator) -> tuple[Plan, Noise]:
         yaw_u=float(f"{0.005 * max(abs(run.yaw) for run in runs):.2g}"),  # half a percent of the largest
     )
     return plan, noise
-
-
-def _runs(kind: str, machine: Machine, belt: BeltSheet, rng) -> tuple[RunSetting, ...]:
-    """Tensions times yaws; then, by chance, zero yaw, reversed travel, a second speed, repeats; 4 to 20 in all."""
-    count = int(rng.choice((1, 2, 3, 4), p=(0.15, 0.25, 0.3, 0.3)))
-    tensions = sorted(float(t) * N_PER_MM2 for t in rng.choice(_RIGS[kind][0], count, replace=False))
-    slack = tensions[0] * machine.centre_distance.value / (2 * belt.youngs_modulus.value * belt.width.value)
-    largest = float(min(rng.uniform(*_SLACK) * slack, 2e-3))
-    yaws = {
-        "both": (-largest, largest),
-        "one": (largest, 0.5 * largest) if count < 3 else (largest,),
-        "many": (-largest, -0.5 * largest, 0.5 * largest, largest),
-    }[str(rng.choice(("both", "one", "many"), p=(0.6, 0.2, 0.2)))]
-    speed = float(rng.choice(_SPEEDS))
-    late = float(round(rng.uniform(1.0, 4.0), 1)) if rng.random() < 0.2 else 0.0
-    first = [RunSetting(tension=t, yaw=y, speed=speed, yaw_at=late) for t in tensions for y in yaws]
-    extra = []
-    if rng.random() < 0.3:
-        extra += [replace(first[0], yaw=0.0, tension=t) for t in tensions]
-    if rng.random() < 0.25:
-        extra += [replace(first[k], direction=-1.0) for k in (0, -1)]
-    if rng.random() < 0.25:
-        extra += [replace(first[k], speed=2 * speed) for k in (0, -1)]
-    runs = (first + extra)[:_MOST]
-    # some runs once more, or none; as many as it takes to have four
-    wanted = int(rng.choice((0, 1, 2, 4), p=(0.35, 0.15, 0.3, 0.2)))
-    wanted = max(min(wanted, _MOST - len(runs)), _LEAST - len(runs), 0)
-    picked = [int(k) % len(runs) for k in rng.permutation(max(len(runs), wanted))[:wanted]]
-    return (*runs, *(replace(runs[k], repeat_of=k) for k in picked))
 
 
 TITLE = "Drawn by lot"
