@@ -146,11 +146,11 @@ def reading_at_yaw(travel: np.ndarray, readings: np.ndarray) -> float:
     return float(np.mean(y)) if len(before) else 0.0
 
 
-def jumps(y: np.ndarray, least: float) -> np.ndarray:
-    """Return how far readings (n,) stand off the median of their neighbours, over their scatter (``least`` at least).
+def spike_sizes(y: np.ndarray, least: float, lone: float = LONE_SPIKE) -> np.ndarray:
+    """Return how far readings (n,) that are spikes, several by SPIKE or one by ``lone``, stand off the median of their
+    neighbours, over their scatter (``least`` at least); 0 of all others, and where nothing scatters.
 
-    Near the ends the neighbours are those of the nearest whole window, carried on along their median slope. 0 where
-    nothing scatters.
+    Near the ends the neighbours are those of the nearest whole window, carried on along their median slope.
     """
     width, last, local = 2 * LONGEST_SPIKE + 1, len(y) - 1 - LONGEST_SPIKE, np.array(y, float)
     place = np.arange(len(y))
@@ -159,13 +159,8 @@ def jumps(y: np.ndarray, least: float) -> np.ndarray:
     for window, middle, end in ((y[:width], LONGEST_SPIKE, place < LONGEST_SPIKE), (y[-width:], last, place > last)):
         local[end] = np.median(window) + np.median(np.diff(window)) * (place[end] - middle)
     noise = max(scatter(y), least)
-    return np.abs(y - local) / noise if noise > 0.0 else np.zeros(len(y))
-
-
-def spike_sizes(y: np.ndarray, least: float, lone: float = LONE_SPIKE) -> np.ndarray:
-    """Return the ``jumps`` of readings (n,) that are spikes, several by SPIKE or one by ``lone``; 0 of all others."""
-    out = jumps(y, least)
-    spikes = np.where(out > SPIKE, out, 0.0)
+    jumps = np.abs(y - local) / noise if noise > 0.0 else np.zeros(len(y))
+    spikes = np.where(jumps > SPIKE, jumps, 0.0)
     return spikes if np.count_nonzero(spikes) >= SPIKES or spikes.max() > lone else np.zeros(len(y))
 
 

@@ -8,7 +8,7 @@ from roped_campaign import damaged, roped_campaign
 
 from belt_sim.campaign import leave_out_bad_readings, suspicions
 from belt_sim.campaign.quality import NOISE_FACTOR, check_travel
-from belt_sim.campaign.records import jumps, records_of
+from belt_sim.campaign.records import SPIKE, records_of, spike_sizes
 
 #: Clean campaigns looked at; the thresholds leave room for one false alarm in thousands, none is expected.
 CLEAN = 40
@@ -154,10 +154,10 @@ def test_steep_ends_of_a_quiet_record_are_no_spikes_and_spikes_there_are():
     """A reading every half metre of a belt that runs off by 4 mm/m, with a tenth of the stated noise."""
     slope = 0.5 * 4e-3 * np.arange(60.0)
     noise = 1e-7 * np.random.default_rng(0).standard_normal(60)
-    assert jumps(slope + noise, 1e-6).max() < 10.0
+    assert not spike_sizes(4.0 * (slope + noise), 1e-6, lone=SPIKE).any()  # a quarter of a spike at most
     spike = np.zeros(60)
     spike[[0, 59]] = 1e-3
-    assert np.flatnonzero(jumps(slope + noise + spike, 1e-6) > 40.0).tolist() == [0, 59]
+    assert np.flatnonzero(spike_sizes(slope + noise + spike, 1e-6, lone=SPIKE)).tolist() == [0, 59]
 
 
 def broken(stuck, spiky):
