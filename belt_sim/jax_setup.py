@@ -30,6 +30,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from importlib.util import find_spec
 from pathlib import Path
+from types import FunctionType
 from typing import Any, ParamSpec, TypeVar
 from uuid import uuid4
 
@@ -216,16 +217,28 @@ UNREADABLE = (OSError, ValueError, SyntaxError)  # no such file, one that is dam
 
 def program_key(name: str, model: Any, effects: Iterable[type], *shape: Any) -> str | None:
     """Return a name for a program of a composition of laws and classes of effects; shape: whatever else shapes the
-    trace, of plain values. None where the hash does not hold all of its code: a part, or a hook that was put into a
-    class of the package, is a user's own."""
+    trace, of plain values. None where the hash does not hold all of its code: a part, or a hook of a class, is not what
+    the package's source has there."""
     parts = [model.span, *effects, *map(type, model.built_in)]
-    own = [getattr(sys.modules.get(p.__module__), p.__qualname__, None) is p for p in parts]
-    classes = {c for p in parts if isinstance(p, type) for c in p.__mro__[:-1]}
-    hooks = [m for c in classes for name, m in vars(c).items() if callable(m) and not name.startswith("__")]
-    if not (all(own) and all(p.__module__.startswith("belt_sim.") for p in (*parts, *hooks))):
+    if not all(getattr(sys.modules.get(p.__module__), p.__qualname__, None) is p for p in parts):
         return None
+    members = [(p, p.__module__, p.__qualname__) for p in parts if not isinstance(p, type)]
+    for c in dict.fromkeys(c for p in parts if isinstance(p, type) for c in p.__mro__[:-1]):
+        members += [(m, c.__module__, f"{c.__qualname__}.{n}") for n, m in vars(c).items() if not n.startswith("__")]
+    held = []  # names of functions, and values with theirs
+    for member, module, place in members:
+        function = getattr(member, "__func__", member)  # of a class method
+        if isinstance(function, FunctionType):  # only its code tells: functools.wraps copies all else
+            written = function.__code__.co_filename, function.__code__.co_qualname
+            if not module.startswith("belt_sim.") or written != (sys.modules[module].__file__, place):
+                return None
+            held.append(place)
+        elif callable(member) or hasattr(member, "__get__"):  # a partial method, a property, a compiled function
+            return None
+        else:
+            held.append(f"{place} = {sorted(member) if isinstance(member, frozenset) else member}")
     laws = (model.name, sorted(model.hooks), sorted(model.contains), model.built_in, model.moments)
-    return repr((name, laws, [(p.__module__, p.__qualname__) for p in parts], shape))
+    return repr((name, laws, [(p.__module__, p.__qualname__) for p in parts], held, shape))
 
 
 @functools.cache

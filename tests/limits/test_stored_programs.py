@@ -1,5 +1,6 @@
 """Programs on disk give the same bits as those compiled now, and are never those of other code."""
 
+import functools
 import hashlib
 import sys
 from dataclasses import replace
@@ -138,7 +139,7 @@ def test_without_the_pass_that_leaves_places_out_a_program_is_kept_with_them(fol
     assert len(list(folder.glob("*.program"))) == 1
 
 
-def test_code_that_is_not_the_packages_own_is_not_kept(folder, monkeypatch):
+def test_code_that_is_not_the_packages_own_is_not_kept(folder):
     @effect
     class Mine(Effect):
         """An effect of a user."""
@@ -152,7 +153,47 @@ def test_code_that_is_not_the_packages_own_is_not_kept(folder, monkeypatch):
     assert program_key("march", strip, [Mine]) is None
     assert program_key("march", replace(strip, span=lambda case: strip.span(case)), [taper]) is None
     assert program_key("march", replace(strip, built_in=(Mine(size=0.5),)), []) is None
-    monkeypatch.setattr(taper, "runup", lambda self, runup, state, case: runup)
-    assert program_key("march", strip, [taper]) is None
     StoredProgram(traced([]), None)(np.ones(3), {"a": 2.0, "b": 1.0})
     assert not folder.exists()
+
+
+def own_hook(self, runup, state, case):
+    return runup
+
+
+def own_name(cls):
+    return cls.__name__
+
+
+@pytest.mark.parametrize(
+    ("name", "put"),
+    [
+        ("runup", lambda taper: own_hook),
+        ("runup", lambda taper: functools.wraps(taper.runup)(own_hook)),
+        ("runup", lambda taper: functools.partialmethod(own_hook)),
+        ("runup", lambda taper: functools.partial(taper.runup)),
+        ("runup", lambda taper: library()["crown"].runup),
+        ("is_additive", lambda taper: classmethod(functools.wraps(Effect.is_additive)(own_name))),
+        ("kappa_t", lambda taper: property(own_name)),
+    ],
+)
+def test_a_class_of_the_package_with_a_hook_put_into_it_is_not_kept(monkeypatch, name, put):
+    """Whatever the hook says of itself: the next process, without it, would read its program."""
+    taper = library()["taper"]
+    monkeypatch.setattr(taper, name, put(taper))
+    assert program_key("march", MODELS["strip"], [taper]) is None
+
+
+def test_what_a_class_holds_is_in_the_name_of_its_programs(monkeypatch):
+    strip, taper = MODELS["strip"], library()["taper"]
+    names = [program_key("march", strip, [taper])]
+    monkeypatch.setattr(taper, "stage", 7)
+    names.append(program_key("march", strip, [taper]))
+    monkeypatch.setattr(taper, "runup", None)
+    names.append(program_key("march", strip, [taper]))
+    assert len({*names} - {None}) == 3
+
+
+def test_every_effect_and_model_of_the_package_is_kept():
+    for model in MODELS.values():
+        assert program_key("march", model, library().values())
