@@ -8,6 +8,7 @@ models refuse an effect that acts between drive and sensor without it.
 """
 
 import importlib
+import math
 import os
 import pkgutil
 import re
@@ -164,6 +165,10 @@ def effect(cls):
     names = {f.name for f in fields(cls)}
     if names != set(cls.parameters):
         raise InputError(f"{cls.__name__}.parameters", sorted(names ^ set(cls.parameters)), "", "declare each once")
+    for name, p in cls.parameters.items():
+        if not all(map(math.isfinite, p.plausible)):  # a diagnosis takes its ends for the width of a prior
+            remedy = "give the lowest and highest of a real machine, both finite"
+            raise InputError(f"{cls.__name__}.{name}.plausible", p.plausible, p.unit, remedy)
     if hidden := names & {*HOOKS, "influence", "acts"}:
         raise InputError(f"{cls.__name__}.parameters", sorted(hidden), "", "hooks have these names; choose others")
     cls.declared = True

@@ -76,6 +76,7 @@ def test_ones_own_effect_stands_beside_the_library():
         (OWN.format(id="taper"), "the library has an effect of this id"),
         (OWN.format(id="mine").replace('"run-up"', '"running"'), "use one of"),
         (OWN.format(id="mine").replace('"a":', '"b":'), "declare each once"),
+        (OWN.format(id="mine").replace("(-1, 1)", "(-1, float('inf'))"), "Mine.a.plausible = .*both finite"),
         (
             OWN.format(id="mine").replace('"a":', '"runup":').replace("a: float", "runup: float"),
             "hooks have these names",
