@@ -228,10 +228,10 @@ class Decision:
         return False
 
     def most_probable_unknown(self, table: EvidenceTable, ids: Ids, policy: Policy) -> float:
-        """The probability of something unknown, were there a law beside the effects ``ids`` that explains the most that
-        one may, and costs least, in the place of those that are known."""
-        law = LawEvidence(words="", gain=self.most_of_a_law(table, ids, policy), cost=0.0, sizes=1)
-        rows = tuple(replace(b, laws=(law,)) if b.ids == ids else b for b in table.unknown)
+        """The probability of something unknown, were there a law beside the effects ``ids``, too, that explains the
+        most that one may."""
+        law = LawEvidence(words="", gain=self.most_of_a_law(table, ids), cost=0.0, sizes=1)
+        rows = tuple(replace(b, laws=(*b.laws, law)) if b.ids == ids else b for b in table.unknown)
         return sum(e.probability for e in explanations(replace(table, unknown=rows), policy) if e.unknown)
 
     def could_change(self, table: EvidenceTable, ids: Ids, laws: Iterable[LawEvidence], policy: Policy) -> bool:
@@ -240,15 +240,19 @@ class Decision:
         found = explanations(replace(table, unknown=rows), policy)
         return sum(e.probability for e in found if e.unknown) > policy.alarm
 
-    def most_of_a_law(self, table: EvidenceTable, ids: Ids, policy: Policy) -> float:
-        """chi2 that a law beside the effects ``ids`` may explain: what the likeliest effects do, and what is seen
-        beside them, as a free input at any place or a law; where that is not known, all that is left."""
+    def most_of_a_law(self, table: EvidenceTable, ids: Ids) -> float:
+        """chi2 that a law beside the effects ``ids`` may explain, less what its form costs: what the likeliest effects
+        do, and what a law or a free input does beside them; where that is not known, all that is left.
+
+        A law's gain is at most that of itself and the effects together: theirs, and to first order its own beside them.
+        """
         best = frozenset(self.explanations[0].effects)
-        seen = [log_evidence(b, table.inflation, policy) for b in table.unknown if b.ids == best]
         known = {frozenset(e.effects): e.gain for e in self.explanations if not e.unknown and not e.instead}
-        if not seen:
-            return next(row.chi2 for row in table.rows if row.ids == ids)
-        return known[best] - known[ids] + max(0.0, 2.0 * table.inflation * seen[0])
+        for b in table.unknown:
+            if b.ids == best:
+                seen = [0.0, *(law.gain - law.cost for law in b.laws), *(2.0 * b.courses)]  # courses are in nats
+                return float(known[best] - known.get(ids, 0.0) + max(seen))
+        return next(row.chi2 for row in table.rows if not row.ids) - known.get(ids, 0.0)
 
 
 def decide(table: EvidenceTable, policy: Policy) -> Decision:

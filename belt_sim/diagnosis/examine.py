@@ -68,7 +68,8 @@ class LawResult:
 class LawQuestion:
     """The law of what is seen beside a fit is asked for.
 
-    matters: whether laws would change what is decided (None: all do); most: chi2 that a law may explain.
+    matters: whether laws would change what is decided (None: all do); most: chi2 that a law may explain,
+    less what its form costs.
     """
 
     bench: Workbench
@@ -316,7 +317,7 @@ def _add_laws(
     found = {}
     for ids in sets:
         matters = partial(decision.could_change, table, ids, policy=POLICY)
-        most = decision.most_of_a_law(table, ids, POLICY)
+        most = decision.most_of_a_law(table, ids)
         found[ids] = laws.law(LawQuestion(search.bench, search.fits[ids], matters, most))
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
     rows = [replace(b, laws=(*b.laws, in_march[b.ids])) if b.ids in in_march else b for b in table.unknown]
