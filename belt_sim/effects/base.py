@@ -21,6 +21,7 @@ from belt_sim.case import Case, pytree
 from belt_sim.errors import InputError
 from belt_sim.line.hooks import HOOKS, LAW_NAMES, Hooks
 from belt_sim.line.runup import add
+from belt_sim.scene_parts import PulleySurface, SceneParts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,12 +128,12 @@ class Effect(Hooks):
 class PartOfScene(Effect):
     """Effects that are a part of a 3D scene, in proportion to one number, or to one of each pulley.
 
-    part: its name in ``SceneParts``, or at a pulley; of: names of the numbers; pulleys: those that they belong to;
-    per_force: whether they count per newton of the belt's force.
+    part: a field of ``SceneParts``, or of ``PulleySurface`` with ``pulleys``; of: names of the numbers; pulleys: "tail"
+    or "head" for each of them; per_force: whether they count per newton of the belt's force.
     """
 
-    part: ClassVar[str]
-    of: ClassVar[tuple[str, ...]]
+    part: ClassVar[str] = ""
+    of: ClassVar[tuple[str, ...]] = ()
     pulleys: ClassVar[tuple[str, ...]] = ()
     per_force: ClassVar[bool] = False
 
@@ -171,6 +172,15 @@ def effect(cls):
             raise InputError(f"{cls.__name__}.{name}.plausible", p.plausible, p.unit, remedy)
     if hidden := names & {*HOOKS, "influence", "acts"}:
         raise InputError(f"{cls.__name__}.parameters", sorted(hidden), "", "hooks have these names; choose others")
+    if issubclass(cls, PartOfScene) and cls.scene is PartOfScene.scene:
+        there = PulleySurface if cls.pulleys else SceneParts
+        counted = len(cls.of) == max(1, len(cls.pulleys)) and {*cls.pulleys} <= {"tail", "head"}
+        if not counted or cls.part not in there.__annotations__:
+            remedy = (
+                f'part "{cls.part}" of {", ".join(cls.of) or "no number"}: one of a pulley has "tail" or "head" for '
+                "each number, one of the whole scene a single number and no pulleys"
+            )
+            raise InputError(f"{cls.__name__}.pulleys", repr(cls.pulleys), "", remedy)
     cls.declared = True
     return pytree(cls)
 

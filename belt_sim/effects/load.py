@@ -198,9 +198,7 @@ def _inspect(cls: type[Effect], path: Path) -> None:
         if not inspect.isfunction(function) or name.startswith("_"):
             continue
         line, given = function.__code__.co_firstlineno, list(inspect.signature(function).parameters)
-        if name in HOOKS:
-            wanted = ["self", *HOOKS[name].arguments.split(", ")]
-        elif hasattr(Effect, name):
+        if hasattr(Effect, name):
             wanted = list(inspect.signature(getattr(Effect, name)).parameters)
         elif close := difflib.get_close_matches(name, HOOKS, n=1):
             raise wrong_file(path, line, f"{name}: no hook of this name; did you mean {close[0]}?")

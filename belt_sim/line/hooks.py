@@ -15,44 +15,42 @@ import jax.numpy as jnp
 import numpy as np
 from jax import lax
 
-from belt_sim.case import Case, Schedule
+from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import ALONG, Curves
 from belt_sim.errors import BeltError, InputError
 from belt_sim.jax_setup import in_float64
-from belt_sim.line.runup import Reading
-from belt_sim.line.span import Span
+from belt_sim.line.influence import Bend, BoundaryValues
+from belt_sim.line.runup import Contact, Reading, RunOff, RunUp, State, Yaw
+from belt_sim.line.span import Response, Span
+from belt_sim.scene_parts import SceneParts
 
 LAW_NAMES = ("span", "run-up", "wrap", "drive", "sensor")
 
 
 class Hook(NamedTuple):
-    """A hook of an effect: a method that returns its first argument changed. Types are those of the arguments' modules.
+    """Who calls a hook of an effect, a method of ``Hooks``, and what for.
 
-    called: before an engine, once in a march, at every step of one, in a 3D scene, or after an engine; arguments: their
-    names; laws: those of which one is the effect's own; returns: what that argument is.
+    called: before an engine, once in a march, at every step of one, in a 3D scene, or after an engine; laws: those of
+    which one is the effect's own.
     """
 
     called: str
-    arguments: str
     laws: tuple[str, ...]
-    returns: str
 
 
 HOOKS = {
-    "settings": Hook("before", "settings, case", ("drive",), "actual tension and yaw schedules for the commanded ones"),
-    "span": Hook("march", "span, case", ("span",), "properties of the span"),
-    "hold": Hook(
-        "march", "answer, span, case", ("run-up",), "responses of the supported spans, (2, 5), up the tail first"
-    ),
-    "bend": Hook("step", "bend, boundary, known, case", ("span",), "curvature added inside; known: of ``influence``"),
-    "yaw": Hook("step", "yaw, state, case", ("drive", "run-up", "wrap"), "pose of the pulleys at this travel"),
-    "runup": Hook("step", "runup, state, case", ("run-up",), "terms added to dy/ds and dalpha/ds"),
-    "slide": Hook("step", "contact, state, case", ("run-up",), "place at the run-ups after a slide, at one instant"),
-    "wrap": Hook("step", "runoff, state, case", ("wrap",), "state of the belt where it leaves the pulleys"),
-    "scene": Hook("scene", "parts, case", LAW_NAMES, "parts of the scene: the geometric half of any law"),
-    "encoder": Hook("after", "travel, case", ("sensor",), "true travel [m] when the encoder shows ``travel`` [m]"),
-    "sensor_travel": Hook("after", "travel, case", ("sensor",), "travel [m] that the lateral sensors show at one [m]"),
-    "sensor": Hook("after", "reading, case", ("sensor",), "indicated readings"),
+    "settings": Hook("before", ("drive",)),
+    "span": Hook("march", ("span",)),
+    "hold": Hook("march", ("run-up",)),
+    "bend": Hook("step", ("span",)),
+    "yaw": Hook("step", ("drive", "run-up", "wrap")),
+    "runup": Hook("step", ("run-up",)),
+    "slide": Hook("step", ("run-up",)),
+    "wrap": Hook("step", ("wrap",)),
+    "scene": Hook("scene", LAW_NAMES),  # the geometric half of any law
+    "encoder": Hook("after", ("sensor",)),
+    "sensor_travel": Hook("after", ("sensor",)),
+    "sensor": Hook("after", ("sensor",)),
 }
 BEFORE_ENGINE = tuple(name for name, hook in HOOKS.items() if hook.called == "before")
 AT_STEPS = tuple(name for name, hook in HOOKS.items() if hook.called == "step")
@@ -63,7 +61,7 @@ E = TypeVar("E", bound="Hooks")
 
 
 class Hooks:
-    """What an effect is to those who call its hooks; it has those of ``HOOKS`` that change something."""
+    """The hooks of an effect, those of ``HOOKS``; as they stand here each returns its first argument."""
 
     #: its name in files and on the command line
     id: ClassVar[str] = ""
@@ -80,23 +78,72 @@ class Hooks:
         """Return name -> (number, its unit, wavelength [m]) of what swings along a march: two steps or more."""
         return {}
 
+    def settings(self, settings: Settings, case: Case) -> Settings:
+        """Drive law: return the actual tension and yaw schedules for the commanded ones."""
+        return settings
+
+    def span(self, span: Span, case: Case) -> Span:
+        """Span law: return the properties of the span."""
+        return span
+
+    def hold(self, answer: Response, span: Span, case: Case) -> Response:
+        """Run-up law: return the responses of the supported spans; rows (2, 5), span up the tail first."""
+        return answer
+
     def influence(self, span: Span, case: Case) -> Any:
         """Return what ``bend`` needs of a span, computed once before a march."""
         return None
 
+    def bend(self, bend: Bend, boundary: BoundaryValues, known: Any, case: Case) -> Bend:
+        """Span law: return the curvature added inside the spans; known: the result of ``influence``."""
+        return bend
+
+    def yaw(self, yaw: Yaw, state: State, case: Case) -> Yaw:
+        """Drive and run-up law: return the pose of the pulleys at this travel."""
+        return yaw
+
+    def runup(self, runup: RunUp, state: State, case: Case) -> RunUp:
+        """Run-up law: return the terms added to dy/ds and dalpha/ds."""
+        return runup
+
+    def slide(self, contact: Contact, state: State, case: Case) -> Contact:
+        """Run-up law: return the position at the run-ups after the belt has slid on the pulleys, at one instant."""
+        return contact
+
+    def wrap(self, runoff: RunOff, state: State, case: Case) -> RunOff:
+        """Wrap law: return the state of the belt where it leaves the pulleys."""
+        return runoff
+
+    def scene(self, parts: SceneParts, case: Case) -> SceneParts:
+        """3D scene: return the parts from which the scene is built."""
+        return parts
+
+    def encoder(self, travel, case: Case):
+        """Sensor law: return the true belt travel [m] when the encoder shows ``travel`` [m]."""
+        return travel
+
+    def sensor_travel(self, travel, case: Case):
+        """Sensor law: return the belt travel [m] that the lateral sensors show while the belt is at ``travel`` [m]."""
+        return travel
+
+    def sensor(self, reading: Reading, case: Case) -> Reading:
+        """Sensor law: return the indicated readings."""
+        return reading
+
 
 def overrides(effect: Hooks | type[Hooks], hooks: Iterable[str] = HOOKS) -> set[str]:
-    """Return which of ``hooks`` an effect has."""
-    return {hook for hook in hooks if hasattr(effect, hook)}
+    """Return which of ``hooks`` an effect overrides."""
+    cls = effect if isinstance(effect, type) else type(effect)
+    return {hook for hook in hooks if getattr(cls, hook) is not getattr(Hooks, hook)}
 
 
 def uses(effects: Sequence[Hooks], hook: str) -> list:
-    """Return those of ``effects`` that have ``hook``, in the physical order in which to call them."""
+    """Return those of ``effects`` that override ``hook``, in the physical order in which to call them."""
     return sorted((e for e in effects if overrides(e, (hook,))), key=lambda e: ("moment" in e.needs, e.stage, e.id))
 
 
 def apply_hook(effects: Sequence[Hooks], hook: str, value: Any, *context: Any) -> Any:
-    """Return ``value`` as those of ``effects`` that have ``hook`` change it, one after another."""
+    """Return ``value`` as those of ``effects`` that override ``hook`` change it, one after another."""
 
     for e in uses(effects, hook):
         value = where_acting(e, lambda x, e=e: call_hook(e, hook, x, *context), value, always=hook not in AT_STEPS)
@@ -117,11 +164,8 @@ def where_acting(effect: Hooks, function: Callable[..., Any], value: Any, *, alw
 
 
 def call_hook(effect: Hooks, hook: str, *arguments: Any) -> Any:
-    """Return what a hook of an effect returns, or the first argument where it has none; an error in a user's own file
-    is an InputError with its line."""
-    path, function = getattr(type(effect), "source_file", None), getattr(effect, hook, None)
-    if function is None:
-        return arguments[0]
+    """Return what a hook of an effect returns; an error in a user's own file is an InputError with its line."""
+    path, function = getattr(type(effect), "source_file", None), getattr(effect, hook)
     if path is None:
         return function(*arguments)
     try:

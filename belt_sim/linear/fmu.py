@@ -103,7 +103,6 @@ def _content(space: StateSpace, fmi: int) -> dict[str, Any]:
     drift[0, 0] = 1.0  # of y where the belt runs up the tail pulley
     constant = np.zeros(len(space.a))
     constant[:states] = plant.constant
-    direction = -1 if plant.places[0][1] else 1  # 1 where the upper span runs from the head to the tail pulley
     points = ("upper end, tail pulley", "lower end, tail pulley", "lower end, head pulley", "upper end, head pulley")
     variables = [  # in the order of the value references; yaw, yaw_head, drift stand together
         FmuVariable("time", "independent", "s", "time"),
@@ -134,8 +133,8 @@ def _content(space: StateSpace, fmi: int) -> dict[str, Any]:
         "variables": variables,
         "outputs": outputs,
         "calculated": [k for k in outputs if variables[k].variability == "continuous"],
-        "direction": direction,
-        "description": f"Steel belt on two pulleys: model {plant.model}, {tension}, direction {direction:+d}, "
+        "direction": plant.direction,
+        "description": f"Steel belt on two pulleys: model {plant.model}, {tension}, direction {plant.direction:+d}, "
         f"wrapped arcs by {space.delay} of order {space.order}",
         "stop": f"{_TRAVEL / plant.speed:.6g}",
         "step": f"{_STEP / plant.speed:.6g}",

@@ -96,6 +96,11 @@ class LinearBelt:
         ]
         return "\n".join(lines)
 
+    @property
+    def direction(self) -> int:
+        """1 where the upper span runs from the head to the tail pulley, else -1."""
+        return -1 if self.places[0][1] else 1
+
     def to_control(self, *, order: int = 4, delay: str = "pade") -> Any:
         """The state space in seconds as a ``control.StateSpace`` of python-control; raises InputError without it."""
         return state_space(self, order=order, delay=delay).to_control()
@@ -110,6 +115,14 @@ class PlantSchedule:
     def __repr__(self) -> str:
         tensions = ", ".join(f"{p.tension / N_PER_MM2:g}" for p in self.plants)
         return f"plants of {self.plants[0].model} at {tensions} N/mm2; .plant_at(tension) gives any between them"
+
+    @staticmethod
+    def from_plants(plants: Sequence[LinearBelt]) -> "PlantSchedule":
+        """Sorted by tension; raises InputError when a tension is there twice or there is but one."""
+        tensions = sorted(p.tension / N_PER_MM2 for p in plants)
+        if len(set(tensions)) < max(2, len(tensions)):
+            raise InputError("tension", tensions, "N/mm2", "give at least two different ones")
+        return PlantSchedule(tuple(sorted(plants, key=lambda p: p.tension)))
 
     def plant_at(self, tension: float) -> LinearBelt:
         """The plant at ``tension`` [N/mm2], no further than the plants reach (InputError beyond)."""

@@ -4,6 +4,7 @@ import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "diagnose"))
@@ -14,6 +15,7 @@ from belt_sim.effects.base import Effect, Parameter, effect, library
 from belt_sim.effects.load import load_classes
 from belt_sim.errors import InputError
 from belt_sim.io import MODEL_FOLDER
+from belt_sim.line.march import march_case
 
 SIZE = Parameter(unit="1/m", meaning="turn where the belt runs up", plausible=(-1e-3, 1e-3), scale=2e-5)
 
@@ -111,6 +113,24 @@ def test_what_is_wrong_is_named_in_one_line(cls, says):
     with pytest.raises(InputError, match=says) as caught:
         admission.admit(cls, MODEL, campaign("nothing"))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(("share", "says"), [(2e-15, "past the null limit"), (1e-12, "changes the curves")])
+def test_null_parameters_may_change_the_rounding_where_jax_fuses(share, says, monkeypatch):
+    """In plain Python, without ``prepare()``: also where a curve itself is 0."""
+
+    def fused(case, model, effects=(), **how):
+        curves = march_case(case, model, **how)
+        return replace(curves, y=curves.y + share * np.abs(curves.y).max()) if effects else curves
+
+    def declarations(*_):
+        raise InputError("effect", "", "", "past the null limit")
+
+    monkeypatch.setattr(admission, "UNFUSED", "not among the flags")
+    monkeypatch.setattr(admission, "march_case", fused)
+    monkeypatch.setattr(admission, "_check_declarations", declarations)
+    with pytest.raises(InputError, match=says):
+        admission.admit(library()["taper"], MODEL, campaign("nothing"))
 
 
 def test_the_worked_example_is_admitted(monkeypatch):

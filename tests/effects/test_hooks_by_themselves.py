@@ -1,5 +1,7 @@
 """Places, signs and sizes of single hooks against the machine's geometry and a beam's own equations."""
 
+import inspect
+import pickle
 from dataclasses import replace
 
 import jax
@@ -8,12 +10,15 @@ import numpy as np
 import pytest
 from paper_cases import BELT, RIG, paper_case
 
+from belt_sim.effects.base import Effect, PartOfScene, effect, library, parameter
 from belt_sim.effects.belt_shape import Weld
 from belt_sim.effects.load import load_classes
 from belt_sim.effects.span import Shear
 from belt_sim.effects.yaw import Wobble
+from belt_sim.errors import InputError
 from belt_sim.io import ROOT
 from belt_sim.jax_setup import in_float64
+from belt_sim.line.hooks import HOOKS, overrides
 from belt_sim.line.influence import Bend, BoundaryValues
 from belt_sim.line.runup import State, Yaw
 from belt_sim.line.span import beam_first_order, beam_second_order, dimensionless
@@ -29,6 +34,49 @@ POINTS = {4: 0.0, 1: SPAN, 2: SPAN + TAIL_WRAP, 3: 2 * SPAN + TAIL_WRAP}
 EXACT = 1e-12
 ROUNDING = 1e-9  # of a span condensed in nine doublings
 SMALL = 1e-7  # products of angles below 1e-3
+
+
+@pytest.mark.parametrize("name", HOOKS)
+def test_a_hook_that_is_not_overridden_returns_its_first_argument(name):
+    hook = getattr(Effect, name)
+    names = [*inspect.signature(hook).parameters][1:]
+    assert pickle.loads(pickle.dumps(hook)) is hook
+
+    class Own(Effect):
+        pass
+
+    setattr(Own, name, lambda self, *given: getattr(super(Own, self), name)(*given))
+    assert getattr(Own(), name)(*names) == names[0]
+    assert hook(Own(), **{n: n for n in names}) == names[0]
+    with pytest.raises(TypeError, match="missing 1 required"):
+        getattr(Own(), name)(*names[:-1])
+    assert overrides(Own) == {name}
+    assert not overrides(Effect)
+
+
+def test_a_hook_of_the_library_can_be_called_where_it_changes_nothing():
+    assert library()["taper"](kappa_t=2e-5).sensor("reading", None) == "reading"
+
+
+@pytest.mark.parametrize(
+    "declared",
+    [
+        {"part": "taper", "of": ("t", "h")},
+        {"part": "residual", "of": ("t", "h")},
+        {"part": "taper", "of": ("t",)},
+        {"part": "taper", "of": ("t", "h"), "pulleys": ("tail",)},
+        {"part": "taper", "of": ("t", "h"), "pulleys": ("tail", "heads")},
+        {"part": "residual"},
+    ],
+)
+def test_a_part_of_a_pulley_says_of_which_one(declared):
+    numbers = {n: parameter("1/m", "taper", plausible=(-1, 1), scale=0.1) for n in ("t", "h")}
+    cls = type(
+        "Own", (PartOfScene,), {"law": "run-up", "__annotations__": dict.fromkeys(numbers, float)} | numbers | declared
+    )
+    with pytest.raises(InputError, match=r"Own\.pulleys = .*\"tail\" or \"head\"") as error:
+        effect(cls)
+    assert "\n" not in str(error.value)
 
 
 def bends(weld, case, travel):

@@ -106,6 +106,7 @@ def test_reversed_travel_mirrors_the_points():
     backward = bs.linearise(model="strip", rig="test_rig", tension=10, direction=-1)
     k = [0.1, 0.4]
     assert backward.response(k)[:, [1, 0, 3, 2], 0] == pytest.approx(forward.response(k)[:, :, 0])
+    assert (forward.direction, backward.direction) == (1, -1)
 
 
 def test_a_chain_of_lags_is_worse_than_pade_and_both_get_better():
@@ -131,6 +132,9 @@ def test_a_schedule_meets_its_plants_and_what_lies_between():
     assert np.abs(schedule.plant_at(12).response(k) / there.response(k) - 1)[:, :, 0].max() < 0.01
     with pytest.raises(bs.InputError, match="7 to 20"):
         schedule.plant_at(40)
+    assert type(schedule).from_plants(schedule.plants[::-1]) == schedule
+    with pytest.raises(bs.InputError, match="at least two"):
+        type(schedule).from_plants(schedule.plants[:1] * 2)
 
 
 @pytest.mark.parametrize("effect", [{"id": "sensor_gain", "g1": 0.01}, {"id": "slip", "inverse_friction": 6.0}])
