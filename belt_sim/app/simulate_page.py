@@ -203,13 +203,36 @@ def sliders_page() -> None:
     """Settings, the curves that they come to, and what may be wrong."""
     request = ui.context.client.request
     view = View.of_address(request.query_params if request else {})
+    places = view.places
+
+    async def picture() -> None:
+        assert view.shown is not None
+        with TemporaryDirectory() as folder:
+            await run.io_bound(plot, view.shown, f"{folder}/belt.png")
+            ui.download.content(Path(folder, "belt.png").read_bytes(), "belt.png")
+
+    def numbers() -> None:
+        assert view.shown is not None
+        ui.download.content(view.shown.to_pandas().to_csv(index=False), "belt.csv")
+
     widgets.frame("/")
     with box("split"):
         with box("set"), widgets.card("What is set"):
             for name, (label, _, low, high, step) in SLIDERS.items():
                 widgets.labelled_slider(label, view.values, name, (low, high), view.change, mark=name, step=step)
         with box("curve"), widgets.card("Where the belt runs"):
-            _answers(view)
+            # the answer, to be filled, with its downloads
+            places["curves"] = ui.plotly(widgets.chart([], "", 420)).props("data-name=curves")
+            bar = ui.linear_progress(show_value=False, size="4px").props("indeterminate aria-label='computing'")
+            bar.classes("late").bind_visibility_from(view, "busy")  # what takes long is seen to go on
+            places["said"] = box("card-lines")
+            places["facts"] = box("w-full").props("data-name=facts")
+            soft("Late rates of points 1-4: over the last fifth of the travel shown.")
+            with box("line") as places["downloads"]:
+                for name, take in (("CSV", numbers), ("PNG", picture)):
+                    widgets.quiet_button(name, take).props("icon=download")
+                soft("The address of this page keeps all settings.")
+            places["downloads"].set_visibility(False)
         with box("more"):
             _choices(view)
     ui.timer(0.05, view.change, once=True)
@@ -254,30 +277,3 @@ def _choices(view: View) -> None:
 
         sizes()
         widgets.effect_list("find an effect", view.effects, choose)
-
-
-def _answers(view: View) -> None:
-    """The card of the answer, to be filled, with its downloads."""
-
-    async def picture() -> None:
-        assert view.shown is not None
-        with TemporaryDirectory() as folder:
-            await run.io_bound(plot, view.shown, f"{folder}/belt.png")
-            ui.download.content(Path(folder, "belt.png").read_bytes(), "belt.png")
-
-    def numbers() -> None:
-        assert view.shown is not None
-        ui.download.content(view.shown.to_pandas().to_csv(index=False), "belt.csv")
-
-    places = view.places
-    places["curves"] = ui.plotly(widgets.chart([], "", 420)).props("data-name=curves")
-    bar = ui.linear_progress(show_value=False, size="4px").props("indeterminate aria-label='computing'")
-    bar.classes("late").bind_visibility_from(view, "busy")  # what takes long is seen to go on
-    places["said"] = box("card-lines")
-    places["facts"] = box("w-full").props("data-name=facts")
-    soft("Late rates of points 1-4: over the last fifth of the travel shown.")
-    with box("line") as places["downloads"]:
-        for name, take in (("CSV", numbers), ("PNG", picture)):
-            widgets.quiet_button(name, take).props("icon=download")
-        soft("The address of this page keeps all settings.")
-    places["downloads"].set_visibility(False)

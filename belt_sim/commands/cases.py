@@ -97,7 +97,12 @@ def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = Fals
                 from belt_sim.api.plot import draw_all  # Matplotlib takes a while
 
                 draw_all(draft, found)
-            record(found, model, watch, folder)
+            if watch == "rrd" and found.curves is not None and not in_time(model):  # nobody has watched it meanwhile
+                from belt_sim.show.rerun import Overlay, record_runs, run_title
+
+                of_case = run_title(found.case)
+                overlay = Overlay(modelled={found.model: found.curves}, case=found.case)
+                record_runs(folder / RECORDING, {of_case: overlay}, name=f"{found.model}, {of_case}")
         tell_choice(config, model.name)
         tell([], [*found.lines(), folder])
         stay(found, model, observers, watch)
@@ -258,16 +263,6 @@ def observers_of(model: Model | SteadyModel, watch: str | None, title: str, fold
 
         watching.append(RerunObserver(folder / RECORDING if watch == "rrd" else None, model=model.name))
     return watching
-
-
-def record(s: Simulation, model: Model | SteadyModel, watch: str | None, folder: Path) -> None:
-    """Leave the recording of a finished run that was not watched meanwhile."""
-    if watch == "rrd" and s.curves is not None and not in_time(model):
-        from belt_sim.show.rerun import Overlay, record_runs, run_title
-
-        title = run_title(s.case)
-        overlay = Overlay(modelled={s.model: s.curves}, case=s.case)
-        record_runs(folder / RECORDING, {title: overlay}, name=f"{s.model}, {title}")
 
 
 def stay(s: Simulation, model: Model | SteadyModel, watching: Sequence[Observer], watch: str | None) -> None:

@@ -147,7 +147,13 @@ def run_command(arguments: list[str]) -> int:
 
 def run_hydra(command: str, settings: Sequence[str]) -> int:
     """Run a command as Hydra's application on ``conf``; return the exit status. Raises BeltError for Hydra's errors."""
-    typed = import_arguments(settings) if command == "import" else list(settings)
+    typed = list(settings)
+    if command == "import":  # its bare file names become files=[...], quoted as Hydra wants it
+        after = {k + 1 for k, a in enumerate(settings) if FLAGS.get(a)}
+        loose = [a for k, a in enumerate(settings) if k not in after]
+        bare = [a for a in loose if Path(a).is_file() or not (a.startswith("-") or OVERRIDE.match(a))]
+        quoted = ",".join("'" + a.replace("\\", "\\\\").replace("'", "\\'") + "'" for a in bare)
+        typed = [*(a for a in settings if a not in bare), *([f"files=[{quoted}]"] if bare else [])]
     flags, overrides = _sorted_out(command, typed)
     from belt_sim.commands.runs import at_work, end_sweep, run_task
 
@@ -281,16 +287,6 @@ def quote_override(argument: str) -> str:
     if named or (not value.isascii() and value[:1] not in ("[", "{")):
         return f"{key}='{value.replace(chr(92), chr(92) * 2).replace(chr(39), chr(92) + chr(39))}'"
     return f"{key}={value}"
-
-
-def import_arguments(arguments: Sequence[str]) -> list[str]:
-    """The arguments of ``import`` with its bare file names as files=[...], quoted as Hydra wants it."""
-    after = {k + 1 for k, a in enumerate(arguments) if FLAGS.get(a)}
-    loose = [a for k, a in enumerate(arguments) if k not in after]
-    bare = [a for a in loose if Path(a).is_file() or not (a.startswith("-") or OVERRIDE.match(a))]
-    others = [a for a in arguments if a not in bare]
-    quoted = ",".join("'" + a.replace("\\", "\\\\").replace("'", "\\'") + "'" for a in bare)
-    return [*others, f"files=[{quoted}]"] if bare else others
 
 
 def folder_name(overrides: str) -> str:

@@ -68,7 +68,7 @@ def write_fmu(space: StateSpace, path: Path, fmi: int = 2, libraries: str = "her
 
     Inputs yaw, yaw_head [rad], drift [m/m], speed [m/s], parameter y_start [m], outputs y1..y4, travel [m], tension
     [Pa]. libraries: "here" compiles for this system, where a C compiler is; "all" cross-compiles for Linux, macOS and
-    Windows by the package ziglang. The C source is always in it. Raises InputError.
+    Windows by the package ziglang. The C source is always in it. Raises InputError, also where the compiler fails.
     """
     content = _content(space, fmi)
     source = _render("belt.c.j2", content)
@@ -84,10 +84,31 @@ def write_fmu(space: StateSpace, path: Path, fmi: int = 2, libraries: str = "her
     built = []
     for target, *folders, ending in asked.values():
         folder = folders[fmi - 2]
-        library = _library(source, ending, target if everywhere else None) if folder else None
-        if library:
-            files[f"binaries/{folder}/belt.{ending}"] = library
-            built.append(str(folder))
+        if not folder:
+            continue
+        if everywhere:
+            if importlib.util.find_spec("ziglang") is None:
+                remedy = "pip install belt-sim[fmu] brings the cross-compiler, or use here"
+                raise InputError("libraries", "all", "", remedy)
+            compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target]
+        else:
+            found = shutil.which(os.environ.get("CC") or "cc") or shutil.which("gcc") or shutil.which("clang")
+            if found is None:
+                continue
+            compiler = [found]
+
+        # the source compiled as a shared library
+        with tempfile.TemporaryDirectory() as place:
+            (Path(place) / "belt.c").write_text(source, encoding="utf-8")
+            shared = {"dylib": ["-dynamiclib"], "dll": ["-shared"], "so": ["-shared", "-fPIC"]}[ending]
+            hidden = [] if ending == "dll" else ["-fvisibility=hidden"]
+            command = [*compiler, "-std=c99", "-O2", *shared, *hidden, "-o", f"belt.{ending}", "belt.c"]
+            done = subprocess.run(command, cwd=place, capture_output=True, text=True, check=False)
+            if done.returncode:
+                said = (done.stderr.strip() or f"status {done.returncode}").splitlines()[0]
+                raise InputError("CC", compiler[0], "", f"the C compiler fails: {said}; set CC to another, or fmu=null")
+            files[f"binaries/{folder}/belt.{ending}"] = (Path(place) / f"belt.{ending}").read_bytes()
+        built.append(str(folder))
 
     packed = BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -150,29 +171,3 @@ def _render(template: str, content: Mapping[str, Any]) -> str:
     engine = jinja2.Environment(loader=jinja2.FileSystemLoader(_HERE), undefined=jinja2.StrictUndefined)
     engine.filters["numeral"] = lambda number: repr(float(number))
     return engine.get_template(template).render(content) + "\n"
-
-
-def _library(source: str, ending: str, target: str | None) -> bytes | None:
-    """The source compiled as a shared library, by zig for ``target``; None where no C compiler is here.
-
-    Raises InputError if the compiler fails, or ziglang is asked for and is not installed.
-    """
-    if target is not None:
-        if importlib.util.find_spec("ziglang") is None:
-            raise InputError("libraries", "all", "", "pip install belt-sim[fmu] brings the cross-compiler, or use here")
-        compiler = [sys.executable, "-m", "ziglang", "cc", "-target", target]
-    else:
-        found = shutil.which(os.environ.get("CC") or "cc") or shutil.which("gcc") or shutil.which("clang")
-        if found is None:
-            return None
-        compiler = [found]
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "belt.c").write_text(source, encoding="utf-8")
-        shared = {"dylib": ["-dynamiclib"], "dll": ["-shared"], "so": ["-shared", "-fPIC"]}[ending]
-        hidden = [] if ending == "dll" else ["-fvisibility=hidden"]
-        command = [*compiler, "-std=c99", "-O2", *shared, *hidden, "-o", f"belt.{ending}", "belt.c"]
-        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-        if done.returncode:
-            said = (done.stderr.strip() or f"status {done.returncode}").splitlines()[0]
-            raise InputError("CC", compiler[0], "", f"the C compiler fails: {said}; set CC to another, or fmu=null")
-        return (Path(folder) / f"belt.{ending}").read_bytes()

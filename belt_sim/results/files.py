@@ -94,16 +94,14 @@ def diagnosis_of(content: Json, drawn: Json, where: str) -> Diagnosis:
     """
     versions = (content, "schema", DIAGNOSIS), (content, "runs_schema", RUNS), (drawn, "schema", DRAWINGS)
     with _damage_told("diagnosis", where, *versions):
-        discovery = read_discovery(content["discovery"]) if "discovery" in content else None
+        discovery: Discovery | None = None
+        if "discovery" in content:
+            told = content["discovery"]
+            with _damage_told("discovery", "discovery.json", (told, "schema", DISCOVERY)):
+                made = adapter(Discovery).validate_python(dict(told), by_alias=False, by_name=True, context=IN_SI)
+                discovery = made
         drawings = adapter(Drawings).validate_python(drawn)
         read: Diagnosis = adapter(Diagnosis).validate_python(content | {"drawings": drawings, "discovery": discovery})
-    return read
-
-
-def read_discovery(content: Mapping[str, Any]) -> Discovery:
-    """Build a discovery from the content of discovery.json; raise InputError if damaged or of another version."""
-    with _damage_told("discovery", "discovery.json", (content, "schema", DISCOVERY)):
-        read: Discovery = adapter(Discovery).validate_python(dict(content), by_alias=False, by_name=True, context=IN_SI)
     return read
 
 

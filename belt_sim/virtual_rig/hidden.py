@@ -324,7 +324,6 @@ REACHED = 0.8  # share of the wanted size that an effect must reach within its l
 _MOST = 400.0  # noise units: an unmodelled fault that needs more to stand out from the library is drawn again
 _FAR = 0.05  # [m]: what moves a belt further is no fault that is measured, but one that is seen
 _ATTEMPTS = 8
-_NOISE_OFF, _HEAVY = 0.4, 0.10
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -419,12 +418,6 @@ def random_hidden(
     others = near.lookalikes if kind == "two" else [name for name in near.lookalikes if name != faults[0].id]
     distance = near.single if kind == "two" else None
     return HiddenFaults(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=others, distance=distance)
-
-
-def random_noise(noise: Noise, rng: np.random.Generator) -> Noise:
-    """Noise up to 40 % off what is stated; one time in ten with heavy tails."""
-    scale = float(rng.uniform(1 - _NOISE_OFF, 1 + _NOISE_OFF))
-    return replace(noise, scale=scale, heavy_tails=bool(rng.random() < _HEAVY))
 
 
 def random_fault(name: str, plan: Plan, rng: np.random.Generator) -> Fault:

@@ -31,7 +31,6 @@ from belt_sim.virtual_rig.hidden import (
     HiddenFaults,
     damage,
     random_hidden,
-    random_noise,
     specified_hidden,
 )
 from belt_sim.virtual_rig.march import TrueErrors, add_noise, draw_errors, observe, true_line
@@ -123,6 +122,7 @@ BASES = BASE, RANDOM_BASE = "beam_th2", "strip"
 #: Readings are written to this resolution [m or rad], far below their noise.
 RESOLUTION = 1e-7
 _SALT_BYTES = 16
+_NOISE_OFF, _HEAVY = 0.4, 0.10  # share of what is stated; how often its tails are heavy
 
 
 def make_campaign(
@@ -146,7 +146,10 @@ def make_campaign(
     plan, stated = plan or Plan(), noise or Noise()
     seed = secrets.randbits(63) if seed is None else check_seed(seed)
     streams = random_streams(seed)
-    noise = random_noise(stated, streams[1]) if at_random else stated
+    noise, lot = stated, streams[1]
+    if at_random:  # up to 40 % off what is stated; one time in ten with heavy tails
+        scale = float(lot.uniform(1 - _NOISE_OFF, 1 + _NOISE_OFF))
+        noise = replace(stated, scale=scale, heavy_tails=bool(lot.random() < _HEAVY))
     rule = cache(lambda: Detectability(plan, noise, base))
     what = random_hidden(plan, rule, base, streams[0]) if at_random else specified_hidden(hidden, rule)
     return measure_campaign(plan, noise, base, what, seed, streams, title)
@@ -311,7 +314,7 @@ _SIGNALS = (
 _WHITE, _ZERO, _WANDER = (0.01 * MM, 0.03 * MM), (0.03 * MM, 0.2 * MM), (0.02 * MM, 0.08 * MM)
 _WITH_REPEATS, _WITHOUT = (0.3, 3.0), (0.6, 1.4)  # true noise over what is stated
 _TRUE_LENGTH = (1.0, 10.0)  # [m], where 3 m are stated
-_HEAVY, _SMOOTH = 0.10, 0.10  # how often
+_SMOOTH = 0.10  # how often
 
 
 def plan_by_number(number: int) -> tuple[str, Plan, Noise]:

@@ -14,7 +14,7 @@ from pages import PAGES, Command, commands, missing, name
 
 from belt_sim.api.simulate import model_named
 from belt_sim.commands import COMMANDS
-from belt_sim.commands.cli import import_arguments, quote_override, run_command
+from belt_sim.commands.cli import quote_override, run_command
 from belt_sim.commands.runs import plain_settings
 from belt_sim.effects.load import load_classes
 from belt_sim.io import CAMPAIGNS, CONF, ROOT
@@ -55,7 +55,9 @@ def belt_sim_can(words: list[str], monkeypatch) -> None:
     """Compose every job of ``belt-sim COMMAND ...``."""
     command, *given = words
     assert command in COMMANDS, f"no such command: {command}"
-    given = import_arguments(given) if command == "import" else given
+    if command == "import":  # its files have no key
+        bare = [w for w in given if not w.startswith("-") and "=" not in w]
+        given = [*(w for w in given if w not in bare), f"files={bare}"]
     if "--config-dir" in given:  # a folder that the page tells the reader to make
         return
     given = [quote_override(w) for w in given if not w.startswith("-")]

@@ -8,8 +8,9 @@ from rich.prompt import Confirm, Prompt
 
 from belt_sim.api.campaigns import draft_text, import_files
 from belt_sim.campaign import read_campaign
+from belt_sim.commands import cli
 from belt_sim.commands.campaigns import ask_in_terminal
-from belt_sim.commands.cli import import_arguments, run_command
+from belt_sim.commands.cli import run_command
 from belt_sim.importing import read, understand
 from belt_sim.importing.mapping import mapping_of
 
@@ -44,9 +45,11 @@ def test_a_file_may_have_any_name(name, belt, tmp_path):
     assert "y1 at point_1" in out
 
 
-def test_names_become_one_setting():
-    given = ["a.csv", "out=b", "-m", "--cfg", "job", "c d.csv"]
-    assert import_arguments(given) == ["out=b", "-m", "--cfg", "job", "files=['a.csv','c d.csv']"]
+def test_names_become_one_setting(monkeypatch):
+    heard = []
+    monkeypatch.setattr(cli, "apply_hydra", lambda program, task, name, arguments: heard.extend(arguments) or 0)
+    assert cli.run_hydra("import", ["a.csv", "out=b", "--cfg", "job", "c d.csv"]) == 0
+    assert heard == ["--cfg", "job", "hydra.job.name=import", "out=b", "files=['a.csv','c d.csv']"]
 
 
 def test_what_is_missing_is_told_a_line_each_and_nothing_is_left(belt, tmp_path):

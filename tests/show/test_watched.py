@@ -8,7 +8,8 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.commands import cases
-from belt_sim.commands.cases import observers_of, record, stay
+from belt_sim.commands.cases import observers_of, stay
+from belt_sim.commands.cli import run_command
 from belt_sim.errors import SimulationError
 from belt_sim.show.geometry import frames
 
@@ -52,13 +53,15 @@ def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(simulation, tmp_pa
     assert (tmp_path / cases.PARTIAL).is_file() == (end is not None)
 
 
-def test_a_run_without_instants_is_recorded_when_it_ends(simulation, tmp_path):
+def test_a_run_without_instants_is_recorded_when_it_ends(simulation, tmp_path, monkeypatch):
     pytest.importorskip("rerun")
     from belt_sim.space.model import SpaceModel
 
     model = SpaceModel(engine="quasi_static")
     assert observers_of(model, "rrd", "title", tmp_path) == []
-    record(simulation, model, "rrd", tmp_path)
+    monkeypatch.setattr(cases, "simulate_one", lambda *asked, **options: simulation)
+    monkeypatch.setattr(cases, "on_engine", lambda *asked: model)
+    assert run_command(["simulate", "watch=rrd", "pictures=false", f"hydra.run.dir={tmp_path}"]) == 0
     assert (tmp_path / "belt.rrd").stat().st_size > 0
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig import Plan, RunSetting, hidden, make_campaign
+from belt_sim.virtual_rig import Plan, RunSetting, hidden, make, make_campaign
 from belt_sim.virtual_rig.hidden import (
     CATALOGUE,
     CORRUPTIONS,
@@ -12,7 +12,6 @@ from belt_sim.virtual_rig.hidden import (
     UNMODELLED,
     damage,
     random_fault,
-    random_noise,
 )
 from belt_sim.virtual_rig.plan import Noise
 
@@ -55,8 +54,10 @@ def test_the_same_seed_draws_the_same():
     assert first == again
 
 
-def test_noise_by_lot_stays_within_its_bounds():
-    drawn = [random_noise(Noise(), np.random.default_rng(k)) for k in range(300)]
+def test_noise_by_lot_stays_within_its_bounds(monkeypatch):
+    monkeypatch.setattr(make, "random_hidden", lambda *asked: None)
+    monkeypatch.setattr(make, "measure_campaign", lambda plan, noise, *rest: noise)
+    drawn: list[Noise] = [make_campaign(hidden="random", seed=k, plan=SMALL) for k in range(300)]
     scales = np.array([n.scale for n in drawn])
     assert scales.min() > 0.6 - 1e-9
     assert scales.max() < 1.4 + 1e-9
