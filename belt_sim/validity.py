@@ -69,6 +69,20 @@ def limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit
     ratio = 12.0 * 1.2 * belt.bending_stiffness / (belt.shear_modulus * belt.area * rig.span_length**2)
     # F - rho A v^2 is the tension that counts, and low-tension movement goes with its third power
     fast = 3.0 * belt.density * case.settings.speed**2 / case.settings.tension
+    # the linear span is wrong by 4 (stretch - relief)/(M yaw), energies of fourth order with the linear fields put in:
+    # twist stretches the edges, E h b^5/1440 int phi'^4; and in F w'' = q + (M phi)'' the moment lets the tilted span
+    # sag on, int (M phi)'^2 / 2F. Where both are alike, the next order is left: a quarter of the larger is kept
+    x, per_runup, bending, torsion, sag_curvature, pull = fields
+    along = bending * per_runup
+    integrals = [along * (sag_curvature / torsion)]
+    for _ in range(2):  # up to every place; SciPy's would take simulate its import
+        sums = np.cumsum((integrals[-1][1:] + integrals[-1][:-1]) / 2.0 * np.diff(x))
+        integrals.append(np.concatenate([[0.0], sums]))
+    _, twist, tilt = integrals
+    twist, tilt = twist - tilt[-1] / x[-1], tilt - tilt[-1] * x / x[-1]
+    stretch = belt.youngs_modulus * belt.thickness * belt.width**5 / 1440.0 * np.trapezoid(twist**4, x)
+    relief = np.trapezoid(np.gradient(along * tilt, x) ** 2, x) / (2.0 * pull)
+    beyond = float(4.0 * max(abs(stretch - relief), NEXT_ORDER * max(stretch, relief)) / along[-1])  # [1/rad^2]
     layer = float(np.abs(lifted / carried - 1.0).max())  # of both spans: the lower one's, whichever way it runs
     deep, thick = _deep_and_thick(case)
     hanging = "strip_lift_off" if layer > WRONG_SHARE else "strip"
@@ -76,7 +90,7 @@ def limits(case: Case, contains: Collection[str] = ("sag_roll",)) -> tuple[Limit
         ("flat_belt", abs(flat / runup - 1.0) / WRONG_SHARE, "sag_roll", f"the spans sag and tilt: use {hanging}"),
         ("slack_edge", 6.0 * moment / (force * belt.width), "",  # an edge has the stress sigma -+ 6 M/(b^2 h)
          "after the yaw an edge is slack, as a linear span has it: it overrates its moment"),
-        ("second_order", abs(_beyond_linear(case, *fields)) * yaw**2 / WRONG_SHARE, "",
+        ("second_order", abs(beyond) * yaw**2 / WRONG_SHARE, "",
          "the turn is so large that the linear span is wrong: the slack edge sags more, twist stretches both"),
         ("bending_layer", layer / WRONG_SHARE, "lift_off", LIFTS),
         ("slip", zone / (SLIP_WAY * rig.span_length / 4.0), "slip",
@@ -220,26 +234,6 @@ def slip_zones(case: Case, curves: Curves, friction: float = FRICTION, by_yaw: b
             landed = np.interp(s - wrap, s, up[1 - span], left=0.0)
             zones[ends[not to_head]] = np.abs(np.asarray(curves.moment_runoff)[span] - landed) * radius / couple
     return zones
-
-
-def _beyond_linear(case: Case, x, per_runup, bending, torsion, sag_curvature, force) -> float:
-    """Change of the entry moment over the square of the yaw [1/rad^2]: 4 (stretch - relief) / (M_entry yaw).
-
-    Energies of fourth order, with the linear fields put in: twist stretches the edges, E h b^5/1440 int phi'^4; and in
-    F w'' = q + (M phi)'' the moment lets the tilted span sag on, int (M phi)'^2 / 2F. Where both are alike, the next
-    order is left: a quarter of the larger is kept.
-    """
-    belt, moment = case.belt, bending * per_runup
-
-    fields = [moment * (sag_curvature / torsion)]
-    for _ in range(2):  # integrals up to every place; SciPy's would take simulate its import
-        sums = np.cumsum((fields[-1][1:] + fields[-1][:-1]) / 2.0 * np.diff(x))
-        fields.append(np.concatenate([[0.0], sums]))
-    _, twist, tilt = fields
-    twist, tilt = twist - tilt[-1] / x[-1], tilt - tilt[-1] * x / x[-1]
-    stretch = belt.youngs_modulus * belt.thickness * belt.width**5 / 1440.0 * np.trapezoid(twist**4, x)
-    relief = np.trapezoid(np.gradient(moment * tilt, x) ** 2, x) / (2.0 * force)
-    return float(4.0 * max(abs(stretch - relief), NEXT_ORDER * max(stretch, relief)) / moment[-1])
 
 
 def _largest_yaw(case: Case) -> float:

@@ -473,7 +473,43 @@ def end_sweep() -> None:
     at_work.setdefault("failures", []).extend(failures)
     best = folder / "optimization_results.yaml"
     if len(cases) > 1 and OmegaConf.select(config, "hydra.job.name") == "simulate":
-        _tabulate(config, folder, cases)
+        # sweep.csv, pictures of the sweep, and one recording of all its runs where they were recorded
+        import pandas as pd
+
+        from belt_sim.api.plot import numbers_first
+        from belt_sim.show.curves import draw_sweep, read_run, record_sweep
+
+        rows: list[dict[str, Any]] = []
+        there: list[Path] = []
+        typed = [dict(o.lstrip("+").split("=", 1) for o in case["overrides"] if "=" in o) for case in cases]
+        swept = [key for key in typed[0] if len({own.get(key) for own in typed}) > 1]
+        for case, own in zip(cases, typed, strict=True):
+            path, failed, told = folder / case["run"], case["failed"] or None, dict[str, Any]()
+            if not failed:
+                try:
+                    summary = read_json(path / "summary.json")
+                    told = {k: summary[k] for k in ("model", "tension_n_per_mm2", "yaw_deg", "travel_m", "settled")}
+                    told |= {f"rate{k}_mm_per_m": v for k, v in summary["rate_mm_per_m"].items()}
+                    told |= {f"offset_{k}_mm": v for k, v in summary["offset_mm"].items()}
+                    told |= {"steady_rate_mm_per_m": summary.get("steady_rate_mm_per_m")}
+                    there.append(path)
+                except (BeltError, OSError, KeyError, TypeError) as error:
+                    failed, told = f"summary.json is damaged: {error}", {}
+            rows.append(
+                {"run": case["run"]} | {key: own[key] for key in swept if key in own} | told | {"failed": failed}
+            )
+        rows.sort(key=lambda row: row["failed"] is not None)
+        table = pd.DataFrame(rows)
+        write_with(folder / "sweep.csv", lambda path: table.to_csv(path, index=False))
+        if there:
+            with numbers_first("the pictures of the sweep"):
+                finished = [read_run(path) for path in there]
+                if config.pictures is True:
+                    draw_sweep(folder, finished)
+                if config.watch == "rrd" and any(run.curves is not None for run in finished):
+                    record_sweep(folder / "sweep.rrd", finished)
+        some = f", {len(rows) - len(there)} of them failed" if len(there) < len(rows) else ""
+        print(f"sweep of {len(rows)} runs{some}: {folder / 'sweep.csv'}", flush=True)
     if OmegaConf.select(config, "hydra.sweeper.direction") is not None and best.is_file():
         if len(failures) == len(cases):
             best.unlink()
@@ -483,41 +519,3 @@ def end_sweep() -> None:
             print(f"best of {len(cases)}: {found.get('best_value')} with {found.get('best_params')}")
     (folder / CASES).unlink(missing_ok=True)
     at_work.pop("lock").close()
-
-
-def _tabulate(config: DictConfig, folder: Path, cases: Sequence[Mapping[str, Any]]) -> None:
-    """Write sweep.csv, pictures of the sweep, and one recording of all its runs where they were recorded."""
-    import pandas as pd
-
-    from belt_sim.api.plot import numbers_first
-    from belt_sim.show.curves import draw_sweep, read_run, record_sweep
-
-    rows: list[dict[str, Any]] = []
-    there: list[Path] = []
-    typed = [dict(o.lstrip("+").split("=", 1) for o in case["overrides"] if "=" in o) for case in cases]
-    swept = [key for key in typed[0] if len({own.get(key) for own in typed}) > 1]
-    for case, own in zip(cases, typed, strict=True):
-        path, failed, told = folder / case["run"], case["failed"] or None, dict[str, Any]()
-        if not failed:
-            try:
-                summary = read_json(path / "summary.json")
-                told = {k: summary[k] for k in ("model", "tension_n_per_mm2", "yaw_deg", "travel_m", "settled")}
-                told |= {f"rate{k}_mm_per_m": v for k, v in summary["rate_mm_per_m"].items()}
-                told |= {f"offset_{k}_mm": v for k, v in summary["offset_mm"].items()}
-                told |= {"steady_rate_mm_per_m": summary.get("steady_rate_mm_per_m")}
-                there.append(path)
-            except (BeltError, OSError, KeyError, TypeError) as error:
-                failed, told = f"summary.json is damaged: {error}", {}
-        rows.append({"run": case["run"]} | {key: own[key] for key in swept if key in own} | told | {"failed": failed})
-    rows.sort(key=lambda row: row["failed"] is not None)
-    table = pd.DataFrame(rows)
-    write_with(folder / "sweep.csv", lambda path: table.to_csv(path, index=False))
-    if there:
-        with numbers_first("the pictures of the sweep"):
-            finished = [read_run(path) for path in there]
-            if config.pictures is True:
-                draw_sweep(folder, finished)
-            if config.watch == "rrd" and any(run.curves is not None for run in finished):
-                record_sweep(folder / "sweep.rrd", finished)
-    failures = f", {len(rows) - len(there)} of them failed" if len(there) < len(rows) else ""
-    print(f"sweep of {len(rows)} runs{failures}: {folder / 'sweep.csv'}", flush=True)

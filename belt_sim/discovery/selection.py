@@ -98,10 +98,18 @@ def choose_law(data: SearchData, latent: LatentInput, pairs: bool = True) -> Law
     best = everything[0]
     close = best.score - WITHIN - MODELLED * best.gain
     rivals = [c for c in everything[1:] if c.score > close and len(c.law.terms) <= len(best.law.terms)]
+    frequency = 1.0
+    if rivals:  # how often the best stays first under fresh noise, the data being as it says
+        along = data.projector.gram_of(np.stack([c.readings for c in (best, *rivals)]))
+        prices = np.array([cost(c.law) for c in (best, *rivals)])
+        root = np.linalg.cholesky(along + 1e-6 * np.trace(along) / len(along) * np.eye(len(along)))
+        noise = np.random.default_rng(1).standard_normal((REPETITIONS, len(along))) @ root.T
+        gains = 2.0 * (along[0] + noise) - np.diag(along)
+        frequency = float(np.mean(np.argmax(gains - prices, axis=1) == 0))
     return LawChoice(
         best=best.scored_law,
         judged=tuple(c.scored_law for c in everything),
-        frequency=_frequency(data, [best, *rivals]),
+        frequency=frequency,
         simple=next(c for c in everything if len(c.law.terms) == 1).scored_law,
         possible=possible,
     )
@@ -179,20 +187,6 @@ def _laws_at_other_places(data: SearchData, terms: Sequence[Term], which: Collec
                 moved = (Term(place, t.form, n) if k in which else t for k, t in enumerate(terms))
                 found.append(Law(tuple(moved)))
     return found
-
-
-def _frequency(data: SearchData, laws: Sequence[ClosedLoopFit]) -> float:
-    """How often the first of ``laws`` stays first under fresh noise, the data being as it says."""
-    if len(laws) == 1:
-        return 1.0
-    rows = np.stack([c.readings for c in laws])
-    along, prices = data.projector.gram_of(rows), np.array([cost(c.law) for c in laws])
-    first = along[0]
-    rng = np.random.default_rng(1)
-    root = np.linalg.cholesky(along + 1e-6 * np.trace(along) / len(along) * np.eye(len(along)))
-    noise = rng.standard_normal((REPETITIONS, len(laws))) @ root.T
-    gains = 2.0 * (first + noise) - np.diag(along)
-    return float(np.mean(np.argmax(gains - prices, axis=1) == 0))
 
 
 # Laws fitted in the march itself: which are fitted there, and which the readings cannot tell from the best; and the
@@ -419,24 +413,6 @@ def laws_of_the_encoder(choice: LawChoice, likeliest: LatentInput) -> list[Score
     return own if promise >= WORTH_TRYING * choice.best.gain or likeliest.place.name == "travel" else []
 
 
-def places_alike(data: SearchData, scored: ScoredLaw, told: bool) -> tuple[Place, ...]:
-    """The places at which something may act as well as at that of a law, or of no law where none is told.
-
-    One margin, the noise and MODELLED of what is explained, and two rules: a free input there is as likely as at the
-    likeliest place, beside the states that the law makes; or a law of one term there makes what the told law makes.
-    """
-    data = replace(data, wide=True)
-    sizes = data.projector.fit_sizes(data.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
-    made = fit_closed_loop(data, scored.law, sizes)
-    latent_inputs = (data if made is None else replace(data, states=states_with(data, made))).latent_inputs
-    top = latent_inputs[0].gain
-    left = unexplained_elsewhere(data, scored.law) if told else {}
-    for c in latent_inputs:
-        left[c.place] = min(2.0 * (top - c.gain), left.get(c.place, np.inf))  # log evidence as chi2
-    most, own = WITHIN + MODELLED * max(scored.gain, 2.0 * top), {t.place for t in scored.law.terms if told}
-    return tuple(sorted((p for p, x in left.items() if x < most and p not in own), key=lambda p: left[p]))
-
-
 def law_places(law: Law) -> frozenset[str]:
     """Where a law acts."""
     return frozenset(t.place.name for t in law.terms)
@@ -470,11 +446,27 @@ class SearchOutcome:
 
     @cached_property
     def alike(self) -> tuple[Place, ...]:
-        """Places at which something else may act just as well."""
+        """Places at which something may act as well as at that of the law, or of no law where none is told.
+
+        One margin, the noise and MODELLED of what is explained, and two rules: a free input there is as likely as at
+        the likeliest place, beside the states that the law makes; or a law of one term there makes what the told law
+        makes.
+        """
         if self.choice is None:
             return ()
-        scored = self.choice.best if self.best is None else self.best.scored
-        return places_alike(self.data, scored, told=self.best is not None)
+        told, scored = self.best is not None, self.choice.best if self.best is None else self.best.scored
+        data = replace(self.data, wide=True)
+        sizes = (
+            data.projector.fit_sizes(data.columns(scored.law))[1] if scored.sizes is None else np.array(scored.sizes)
+        )
+        made = fit_closed_loop(data, scored.law, sizes)
+        latent_inputs = (data if made is None else replace(data, states=states_with(data, made))).latent_inputs
+        top = latent_inputs[0].gain
+        left = unexplained_elsewhere(data, scored.law) if told else {}
+        for c in latent_inputs:
+            left[c.place] = min(2.0 * (top - c.gain), left.get(c.place, np.inf))  # log evidence as chi2
+        most, own = WITHIN + MODELLED * max(scored.gain, 2.0 * top), {t.place for t in scored.law.terms if told}
+        return tuple(sorted((p for p, x in left.items() if x < most and p not in own), key=lambda p: left[p]))
 
     @property
     def latent(self) -> LatentInput:

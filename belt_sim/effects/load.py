@@ -122,7 +122,7 @@ def _as_list(spec: Any) -> list:
 
 
 def _read_entry(item: Any) -> tuple[dict[str, type[Effect]], dict[str, Any]]:
-    """The effect classes of an entry by id, and its numbers."""
+    """The effect classes of an entry by id, and its numbers; raises InputError, of a Python file with its line."""
     if isinstance(item, Mapping) and item.get("id") == LAW:
         return {LAW: law_effect(law_of_entry(item))}, {}
     name, numbers, known = str(item), dict[str, Any](), library()
@@ -134,50 +134,48 @@ def _read_entry(item: Any) -> tuple[dict[str, type[Effect]], dict[str, Any]]:
             raise InputError(f"effects.{name}.parameters", parameters, "", "write name: number, one a line")
         beside = {k: v for k, v in item.items() if k not in ("id", "parameters")}
         numbers = {str(k): v for k, v in (beside | dict(parameters)).items()}
-    if name.endswith(".py"):
-        return own_effects(Path(name)), numbers
     if name == LAW:
         raise InputError("effects", name, "", "give the file of the law; a diagnosis writes one as found_law.yaml")
-    if name not in known:
+    if name in known and not name.endswith(".py"):
+        return {name: known[name]}, numbers
+    if not name.endswith(".py"):
         raise InputError("effects", name, "", f"use one of {', '.join(known)}, or a .py file of your own")
-    return {name: known[name]}, numbers
+
+    # the classes of a Python file, each declaration checked
+    path = Path(name)
+    if not path.is_file():
+        raise InputError("effects", str(path), "", "no such file")
+    path = path.resolve()
+    module = "user_effect_" + sha256(str(path).encode() + path.read_bytes()).hexdigest()[:12]  # as the file is today
+    is_new = module not in sys.modules
+    if is_new:
+        spec = importlib.util.spec_from_file_location(module, path)
+        assert spec is not None
+        assert spec.loader is not None
+        sys.modules[module] = importlib.util.module_from_spec(spec)
+        try:
+            spec.loader.exec_module(sys.modules[module])
+        except (Exception, SystemExit) as error:
+            del sys.modules[module]
+            line = getattr(error, "lineno", None) or line_of(error, path)
+            raise wrong_file(path, line, f"the file does not import: {type(error).__name__}: {error}") from error
+    found = effects_in(sys.modules[module])
+    if not found:
+        raise wrong_file(path, 1, "it defines no effect; docs/write_an_effect.md and belt-sim new-effect show one")
+    if is_new:
+        try:
+            for cls in found.values():
+                _inspect(cls, path)
+        except InputError:
+            del sys.modules[module]
+            raise
+    return found, numbers
 
 
 # Effects in a user's own Python file: what is wrong with one is said in a line with file, line and remedy.
 
 
 _UNITS = {"1", "m", "s", "rad", "N", "Pa", "kg", "K", "J", "W", "Hz"}
-
-
-def own_effects(path: Path) -> dict[str, type[Effect]]:
-    """Effect classes of a Python file by id, each declaration checked; raises InputError naming file and line."""
-    if not path.is_file():
-        raise InputError("effects", str(path), "", "no such file")
-    path = path.resolve()
-    name = "user_effect_" + sha256(str(path).encode() + path.read_bytes()).hexdigest()[:12]  # as the file is today
-    known = name in sys.modules
-    if not known:
-        spec = importlib.util.spec_from_file_location(name, path)
-        assert spec is not None
-        assert spec.loader is not None
-        sys.modules[name] = importlib.util.module_from_spec(spec)
-        try:
-            spec.loader.exec_module(sys.modules[name])
-        except (Exception, SystemExit) as error:
-            del sys.modules[name]
-            line = getattr(error, "lineno", None) or line_of(error, path)
-            raise wrong_file(path, line, f"the file does not import: {type(error).__name__}: {error}") from error
-    found = effects_in(sys.modules[name])
-    if not found:
-        raise wrong_file(path, 1, "it defines no effect; docs/write_an_effect.md and belt-sim new-effect show one")
-    if not known:
-        try:
-            for cls in found.values():
-                _inspect(cls, path)
-        except InputError:
-            del sys.modules[name]
-            raise
-    return found
 
 
 def _inspect(cls: type[Effect], path: Path) -> None:

@@ -222,7 +222,18 @@ def _assemble(
 ) -> AssembledRun | None:
     """One run; None where its travel takes a speed that nobody has told. stated: settings by the mapping."""
     block = count_on(block)
-    named = name_settings(block.label, section)
+    # settings that the name of the file or run states: lauf3_10Nmm2_-0,042grad -> tension and yaw
+    named: LoggedSettings = {}
+    for key, pattern in _NAMED.items():
+        if (seen := pattern.search(plain_minus(block.label))) is None:
+            continue
+        try:
+            number, unit = f"{number_of(seen.group(1)):.15g}", seen.group(2).lower()
+        except InputError:
+            continue  # 10,125 has two readings
+        unit = "m/min" if "min" in unit else unit if unit in ("mrad", "urad", "mdeg") else RANGES[key].unit
+        text = f"{number} {unit}"
+        named[key] = Setting(_number(text, key, key, section), f"the name {block.label}", text)
     speed = (named | stated).get("speed")
     way = travel_of(block, speed.value if speed else None, mapping.format.standstill, open_questions)
     if way is None:
@@ -308,22 +319,6 @@ _NAMED = {
     "yaw": re.compile(r"([+-]?(?<![\d.,])\d+(?:[.,]\d+)?) ?_?(mrad|urad|mdeg|deg|grad|°)", re.IGNORECASE),
     "speed": re.compile(r"(\d+(?:[.,]\d+)?) ?_?(m_?(?:/|p|per)_?s|m_?(?:/|p|per)_?min)(?![a-z0-9])", re.IGNORECASE),
 }
-
-
-def name_settings(name: str, section: Section) -> LoggedSettings:
-    """Settings that the name of a file or run states: ``lauf3_10Nmm2_-0,042grad`` -> tension and yaw."""
-    found: LoggedSettings = {}
-    for key, pattern in _NAMED.items():
-        seen = pattern.search(plain_minus(name))
-        if seen:
-            try:
-                number, unit = f"{number_of(seen.group(1)):.15g}", seen.group(2).lower()
-            except InputError:
-                continue  # 10,125 has two readings
-            unit = "m/min" if "min" in unit else unit if unit in ("mrad", "urad", "mdeg") else RANGES[key].unit
-            text = f"{number} {unit}"
-            found[key] = Setting(_number(text, key, key, section), f"the name {name}", text)
-    return found
 
 
 def _number(text: str, key: str, where: str, section: Section) -> float:

@@ -1,12 +1,14 @@
 """The places at which something may act as well: by the noise, from the angle between responses and from evidence."""
 
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 from small_discovery import discovered, surveyed
 
 from belt_sim.discovery.linear_search import ScoredLaw, exponents_of, unexplained_elsewhere
-from belt_sim.discovery.selection import MODELLED, WITHIN, SearchOutcome, places_alike
+from belt_sim.discovery.selection import MODELLED, WITHIN, SearchOutcome
 from belt_sim.discovery.words import describe_discovery
 from belt_sim.effects.law import Form, Law, Place, Term
 
@@ -53,7 +55,8 @@ def test_places_are_alike_by_the_noise():
     for share in (1.0, 0.2):
         faint = replace(data, projector=replace(data.projector, residual=share * data.projector.residual), kept={})
         gain = faint.projector.fit_sizes(faint.columns(law))[0]
-        found = places_alike(faint, ScoredLaw(law, gain, 0.0), told=True)
+        told: Any = SimpleNamespace(scored=ScoredLaw(law, gain, 0.0))
+        found = SearchOutcome(data=faint, latent_inputs=(), choice=told, best=told).alike
         alike.append([p.name for p in found])
         left = {p.name: x for p, x in unexplained_elsewhere(replace(faint, wide=True), law).items()}
         assert (left["tension"] < WITHIN + MODELLED * gain) == ("tension" in alike[-1])

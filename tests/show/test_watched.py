@@ -61,7 +61,9 @@ def test_a_run_without_instants_is_recorded_when_it_ends(simulation, tmp_path, m
     assert observers_of(model, "rrd", "title", tmp_path) == []
     monkeypatch.setattr(cases, "simulate_one", lambda *asked, **options: simulation)
     monkeypatch.setattr(cases, "on_engine", lambda *asked: model)
-    assert run_command(["simulate", "watch=rrd", "pictures=false", f"hydra.run.dir={tmp_path}"]) == 0
+    assert (
+        run_command(["simulate", "model=mujoco_flex", "watch=rrd", "pictures=false", f"hydra.run.dir={tmp_path}"]) == 0
+    )
     assert (tmp_path / "belt.rrd").stat().st_size > 0
 
 
