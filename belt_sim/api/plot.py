@@ -192,12 +192,21 @@ def _compared_words(result: "Comparison | Diagnosis") -> tuple[str, dict[str, st
 
 def report_pictures(d: "Diagnosis") -> dict[str, str]:
     """The pictures of a report as SVG text, by kind: each is drawn once, for the page and for the run's folder."""
-    from belt_sim.show.diagnosis import overlay_svg
+    from belt_sim.show.diagnosis import AROUND, MOST_PANELS, RESIDUAL, RESIDUAL_GAP, overlay_picture
 
     made: dict[str, str] = {}
     if d.drawings.overlays:
         words, names = _compared_words(d)
-        made["overlay"] = overlay_svg(d.drawings.overlays, words, names=names)
+        fig: Any = overlay_picture(None, d.drawings.overlays, words, names=names, most=MOST_PANELS)
+        svg, (width, height) = svg_text(fig), fig.get_size_inches()
+        for k, ax in enumerate(ax for ax in fig.axes if ax.get_visible()):  # the group panel-0 ... says where it stands
+            place = ax.get_position()
+            left, top = place.x0 * width - AROUND["left"] + 0.05, (1.0 - place.y1) * height - 0.35
+            right = place.x1 * width + AROUND["right"]
+            bottom = (1.0 - place.y0 + (RESIDUAL + RESIDUAL_GAP) * place.height) * height + 0.5
+            box = " ".join(f"{72.0 * v:.1f}" for v in (left, top, right - left, bottom - top))
+            svg = svg.replace(f'<g id="panel-{k}"', f'<g id="panel-{k}" data-box="{box}"', 1)
+        made["overlay"] = svg
     there = _pictures_of_inference(d) if d.drawings.maps else {}
     there = {kind: there[kind] for kind in ("where", "drift") if kind in there}
     if d.discovery is not None and d.discovery.found:

@@ -245,11 +245,29 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
     if {frozenset(ids) for ids in beside} - {row.ids for row in table.rows}:
         search = add_fits(search, beside)
         table = tabulate(search)
-    table = replace(
-        table,
-        additive=frozenset(c.id for c in bench.forward.classes if c.is_additive()),
-        other_models=tuple(_other_models(bench, nothing, search, frozenset(likeliest))),
-    )
+
+    # other base models with nothing fitted, those that explain most of what this one does not; one that is the base
+    # model with just the likeliest effects says the same, and is none
+    asked = bench.forward.model
+    others, found = _others(bench.samples.signals, asked), []
+    beyond_noise = max(nothing.chi2 - float(np.isfinite(bench.fitted.y).sum()), 1e-9)
+
+    def predict(model: Composition) -> np.ndarray:
+        forward = Forward(bench.samples, model, (), bench.forward.step)
+        null, alone = forward.null(), replace(bench, forward=forward, keeps_noise=True)
+        return expand_at_likely_settings(alone.laid_out_by(forward, null), null).values(null[None])[0]
+
+    for model, values in zip(others, map_in_threads(predict, others), strict=True):
+        gain = nothing.chi2 - float(bench.metric.chi2(bench.fitted.y - values))
+        same = likeliest and frozenset(likeliest) <= model.contains - asked.contains
+        if np.isfinite(values).all() and gain > DESCRIBED_BY_MODEL * beyond_noise and not same:
+            chi2 = float(search.bench.metric.chi2(bench.fitted.y - values))
+            lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
+            rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))
+            found.append(OtherModel(name=f"model={model.name}", chi2=chi2, rms=rms, tried=len(others)))
+    additive = frozenset(c.id for c in bench.forward.classes if c.is_additive())
+    table = replace(table, additive=additive, other_models=tuple(found))
+
     search = replace(extend(search, ()), linearisation=Linearisation(nothing, {}))  # of what it was for all is done
     if laws is None:
         return search, table
@@ -281,31 +299,6 @@ def _others(signals: Sequence[SignalSheet], model: Composition) -> list[Composit
     inside = first_place_inside_span(signals)
     others = [MODELS[n] for n in BASE_MODELS if n != model.name]
     return [m for m in others if not (inside and any(map(shapes_a_span, m.built_in)))]
-
-
-def _other_models(bench: Workbench, nothing: Fit, search: Search, likeliest: Ids) -> list[OtherModel]:
-    """The other base models with nothing fitted, those that explain most of what this one does not.
-
-    likeliest: effects; a model that is the base model with just these says the same, and is none.
-    """
-    asked = bench.forward.model
-    beyond_noise = max(nothing.chi2 - float(np.isfinite(bench.fitted.y).sum()), 1e-9)
-    others, found = _others(bench.samples.signals, asked), []
-
-    def predict(model: Composition) -> np.ndarray:
-        forward = Forward(bench.samples, model, (), bench.forward.step)
-        null, alone = forward.null(), replace(bench, forward=forward, keeps_noise=True)
-        return expand_at_likely_settings(alone.laid_out_by(forward, null), null).values(null[None])[0]
-
-    for model, values in zip(others, map_in_threads(predict, others), strict=True):
-        gain = nothing.chi2 - float(bench.metric.chi2(bench.fitted.y - values))
-        same = likeliest and likeliest <= model.contains - asked.contains
-        if np.isfinite(values).all() and gain > DESCRIBED_BY_MODEL * beyond_noise and not same:
-            chi2 = float(search.bench.metric.chi2(bench.fitted.y - values))
-            lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
-            rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))
-            found.append(OtherModel(name=f"model={model.name}", chi2=chi2, rms=rms, tried=len(others)))
-    return found
 
 
 def _add_laws(

@@ -145,8 +145,9 @@ def usual_forms(states: States, kind: str) -> list[Form]:
         names, along = ("y", "alpha", "kappa"), [*courses, *_courses(states, end, "decay")[:4]]
     forms += _forms(names, along)
     for n in names:
+        largest = float(np.abs(getattr(states, n)).max())  # 0 throughout of the curvature of a rope: it has no knee
         forms += [Form(n, shape=s) for s in ("signed_square", "square", "cube")]
-        forms += [Form(n, shape=s, knee=k) for s in WITH_KNEE for k in _knees(states, n)]
+        forms += [Form(n, shape=s, knee=b * largest) for s in WITH_KNEE for b in KNEES if largest]
     return forms
 
 
@@ -175,7 +176,8 @@ def rare_forms(states: States, kind: str, periods: Sequence[float]) -> list[Form
         return found + [Form("reading", shape="stick", knee=b * largest) for b in STICKS]
     if kind in STIFFNESS:  # what grows with how far the belt goes or is bent, on either side alike; on one side only
         for n in ("y", "kappa", "kappa_mean"):
-            knees = _knees(states, n)
+            largest = float(np.abs(getattr(states, n)).max())
+            knees = [b * largest for b in KNEES] if largest else []
             found += [Form(n, shape=s) for s in ("magnitude", "square")]
             found += [Form(n, shape="magnitude_beyond", knee=k) for k in knees]
             found += [Form(n, shape=s, knee=k) for s in ONE_SIDED for k in knees[:2]]
@@ -190,12 +192,6 @@ def rare_forms(states: States, kind: str, periods: Sequence[float]) -> list[Form
     found += _forms(("none", *beta), _courses(states, end, "decaying_wave"))
     found += _forms(beta, _courses(states, end, "decay"))  # a strongly damped wave
     return found + _forms((*beta, "y", "alpha", "kappa"), back)
-
-
-def _knees(states: States, name: str) -> list[float]:
-    """The knees to try for a variable; none where it is zero throughout, as the curvature of a rope is."""
-    largest = float(np.abs(getattr(states, name)).max())
-    return [b * largest for b in KNEES] if largest else []
 
 
 # Where something is missing: the marginal likelihood of a smooth unknown input at each place.

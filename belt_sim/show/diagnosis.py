@@ -88,20 +88,6 @@ def overlay_picture(
     return style.save(fig, path)
 
 
-def overlay_svg(panels: Sequence[Panel], title: str, *, names: Mapping[str, str]) -> str:
-    """The same picture as SVG text, in which the group of each panel (id panel-0 ...) says where it stands."""
-    fig = overlay_picture(None, panels, title, names=names, most=MOST_PANELS)
-    svg, (width, height) = style.svg_text(fig), fig.get_size_inches()
-    for k, ax in enumerate(ax for ax in fig.axes if ax.get_visible()):
-        place = ax.get_position()
-        left, top = place.x0 * width - AROUND["left"] + 0.05, (1.0 - place.y1) * height - 0.35
-        right = place.x1 * width + AROUND["right"]
-        bottom = (1.0 - place.y0 + (RESIDUAL + RESIDUAL_GAP) * place.height) * height + 0.5
-        box = " ".join(f"{72.0 * v:.1f}" for v in (left, top, right - left, bottom - top))
-        svg = svg.replace(f'<g id="panel-{k}"', f'<g id="panel-{k}" data-box="{box}"', 1)
-    return svg
-
-
 CELL_EDGE = "#fdfdfd"  # white that a page does not take for its paper: it turns all of a cell where it is dark
 #: |E / u_val| inside of which nothing can be said (ASME V&V 20 with k = 2), and where the colour is full.
 SAYS_NOTHING = 2.0

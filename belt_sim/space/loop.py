@@ -174,47 +174,36 @@ def lay_loop(case: Case, dx: float, stations: int = 0, *, path=lift) -> LaidLoop
     upper = round(hanging.upper.length / chord)
     on_head = round(hanging.head / chord)
     on_tail = round((hanging.tail - upper * chord + hanging.upper.length) / chord)
-    links = on_head, upper, on_tail, n - on_head - upper - on_tail
+    lower = n - on_head - upper - on_tail
+    a, curvature = float(rig.centre_distance), float(case.sag_curvature)
+    last = -hanging.upper.slopes[0]
+    at_head = (last - hanging.head / float(rig.head_radius), last)
+    at_tail = (-hanging.upper.slopes[1], -hanging.upper.slopes[1] + hanging.tail / float(rig.tail_radius))
     for _ in range(_CHORD_SWEEPS):
-        loop, lower = _lay_stations(case, hanging, chord, links, path)
-        before, chord = chord, chord + (lower - links[3] * chord) / n
+        # stations with this chord everywhere but in the lower span, whose length says how far off it is
+        head, tail = (0.5 * chord / math.sin(0.5 * chord / float(r)) for r in (rig.head_radius, rig.tail_radius))
+        turn = last + chord / float(rig.head_radius) * np.arange(-on_head, 1)
+        behind = _wrap_stations(float(rig.head_radius), turn, 0.0, chord, at_head, path)
+        turn = at_tail[0] + chord / float(rig.tail_radius) * np.arange(on_tail + 1)
+        bow = 1.0 + (curvature * chord) ** 2 / 24.0  # length of a link's arc over its chord
+        for _ in range(_TURN_SWEEPS):
+            ahead = _wrap_stations(float(rig.tail_radius), turn, a, chord, at_tail, path)
+            over = Catenary.from_points(behind[-1], ahead[0], curvature)
+            earlier, turn = turn, turn + (upper * chord * bow - over.length) / tail
+            if np.array_equal(turn, earlier):
+                break
+        under = Catenary.from_points(behind[0], ahead[-1], curvature)
+        parts = (behind[-1:], over.divide(upper), ahead, under.divide(lower)[::-1], behind[:-1])
+        where = np.repeat([0, 1, 2, 1, 0], [len(p) for p in parts])
+        x, z = np.concatenate(parts).T
+        loop = LaidLoop(
+            x=x, z=z, on_head=where == 0, on_tail=where == 2, chord=chord, radius_head=head, radius_tail=tail,
+            centre_distance=a,
+        )  # fmt: skip
+        before, chord = chord, chord + (under.length / bow - lower * chord) / n
         if chord == before:
             break
     return loop
-
-
-def _lay_stations(
-    case: Case, hanging: HangingBelt, chord: float, links: tuple[int, int, int, int], path
-) -> tuple[LaidLoop, float]:
-    """Stations with this chord [m] everywhere but in the lower span, and the length of the lower span [m].
-
-    links: on the head, in the upper span, on the tail and in the lower span.
-    """
-    rig, (on_head, upper, on_tail, lower) = case.rig, links
-    a, curvature = float(rig.centre_distance), float(case.sag_curvature)
-    head, tail = (0.5 * chord / math.sin(0.5 * chord / float(r)) for r in (rig.head_radius, rig.tail_radius))
-    last = -hanging.upper.slopes[0]
-    turn = last + chord / float(rig.head_radius) * np.arange(-on_head, 1)
-    meets = (last - hanging.head / float(rig.head_radius), last)
-    behind = _wrap_stations(float(rig.head_radius), turn, 0.0, chord, meets, path)
-    meets = (-hanging.upper.slopes[1], -hanging.upper.slopes[1] + hanging.tail / float(rig.tail_radius))
-    turn = meets[0] + chord / float(rig.tail_radius) * np.arange(on_tail + 1)
-    bow = 1.0 + (curvature * chord) ** 2 / 24.0  # length of a link's arc over its chord
-    for _ in range(_TURN_SWEEPS):
-        ahead = _wrap_stations(float(rig.tail_radius), turn, a, chord, meets, path)
-        over = Catenary.from_points(behind[-1], ahead[0], curvature)
-        before, turn = turn, turn + (upper * chord * bow - over.length) / tail
-        if np.array_equal(turn, before):
-            break
-    under = Catenary.from_points(behind[0], ahead[-1], curvature)
-    parts = (behind[-1:], over.divide(upper), ahead, under.divide(lower)[::-1], behind[:-1])
-    where = np.repeat([0, 1, 2, 1, 0], [len(p) for p in parts])
-    x, z = np.concatenate(parts).T
-    loop = LaidLoop(
-        x=x, z=z, on_head=where == 0, on_tail=where == 2, chord=chord, radius_head=head, radius_tail=tail,
-        centre_distance=a,
-    )  # fmt: skip
-    return loop, under.length / bow
 
 
 def _wrap_stations(
