@@ -2,7 +2,7 @@
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations
@@ -16,7 +16,6 @@ from belt_sim.campaign.kinematics import check_repeats
 from belt_sim.campaign.records import Severity, records_of
 from belt_sim.campaign.sheet_doubts import BY_RUN, CONTINUOUS, SheetMistake, sheet_mistakes
 from belt_sim.campaign.types import rig_of, shortlist
-from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.diagnosis.decide import UnknownEvidence
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import SLOWEST, Forward
@@ -32,32 +31,10 @@ from belt_sim.line.spans import Composition
 from belt_sim.model import BASE_MODELS, MODELS
 from belt_sim.results.check import Doubt, Pair, Visible
 from belt_sim.results.diagnosis import RESOLVED
-from belt_sim.units import DEGREE, N_PER_MM2
+from belt_sim.units import N_PER_MM2
 from belt_sim.validity import STRENGTH, geometric, limits
 
 # Runs of a plan that could harm the belt or mean nothing: an edge slack, steel near its strength, laws left behind.
-
-
-#: Share of the yaw at which an edge goes slack, or the linear laws end, that a plan may use.
-SHARE = 0.8
-#: Share of the belt's bending fatigue strength that tension, bending over the pulleys and the yaw together may reach.
-STRESS = 0.9
-#: A yaw at which the limits are asked; their loads go with the yaw or with its square [rad].
-_ASKED = 0.01 * DEGREE
-
-
-def safe_yaw(rig: Rig, belt: Belt, tensions: Iterable[float]) -> float:
-    """Return the largest yaw [rad] that harms no run at these tensions [Pa] and leaves no law of the models behind."""
-    found = []
-    for tension in tensions:
-        case = Case(rig=rig, belt=belt, settings=Settings(tension=tension, yaw=Schedule.step(_ASKED)))
-        load = {limit.id: float(limit.load) for limit in limits(case)}
-        bent = load["thick_belt"] * STRENGTH
-        room = max(STRESS * STRENGTH - bent, 0.0) / (tension * load["slack_edge"])
-        ends = (("slack_edge", 1.0), ("second_order", 0.5))  # neither without gravity and sag
-        found += [(SHARE / load[name]) ** power for name, power in ends if load[name] > 0.0]
-        found += [room] if room else []  # a belt that its pulleys alone bend too far is told of, whatever the yaw
-    return _ASKED * min(found)
 
 
 def harm_warnings(campaign: Campaign) -> tuple[str, ...]:

@@ -2,7 +2,6 @@
 
 import hashlib
 import math
-import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, make_dataclass, replace
 from functools import lru_cache
@@ -336,32 +335,6 @@ def law_entry(effect: GenericLaw) -> dict[str, Any]:
         term |= {"course": form.course} | ({"timed": True} if form.timed else {})
         terms.append(term | {n: float(x) for n in TERM_NUMBERS if (x := effect.number(n, k)) is not None})
     return {"id": ID, "tension": float(effect.content.tension), "terms": terms}
-
-
-def law_lines(effect: GenericLaw, uncertainty: Mapping[str, float], notes: Sequence[str] = ()) -> list[str]:
-    """Return the lines of an effects.yaml for a law: ``law_entry`` with words, units and uncertainties as comments."""
-    entry = law_entry(effect)
-    lines = [f"  - id: {ID}", *(f"    # {line}" for note in notes for line in textwrap.wrap(note, WIDTH))]
-    lines += [f"    tension: {yaml_number(entry['tension'])}  # Pa, at which the sizes hold", "    terms:"]
-    for k, (t, term) in enumerate(zip(effect.content.law.terms, entry["terms"], strict=True)):
-        words = {
-            "points" if t.place.points else "place": t.place.words,
-            "variable": VARIABLES[t.form.variable][1],
-            "shape": f"{SHAPES[t.form.shape].words}, x: the variable",
-            "course": COURSES[t.form.course].words,
-        }
-        if not t.form.is_carried and t.form.course != "constant":  # what s is in the formula
-            since = " since the yaw was set" if t.form.since_yaw else ""
-            words["course"] += f", s: time{since} [s]" if t.form.timed else f", s: travel{since} [m]"
-        for name, value in term.items():
-            text, comment = str(value).lower() if name == "timed" else str(value), words.get(name, "")
-            if name in TERM_NUMBERS:
-                number, u = effect.parameters[number_name(name, k)], uncertainty.get(number_name(name, k))
-                parts = number.unit if number.unit != "1" else "", number.meaning, f"+- {u:.2g}" if u else ""
-                text, comment = yaml_number(value), ", ".join(part for part in parts if part)
-            begin = "- " if name == "place" else "  "
-            lines.append(f"      {begin}{name}: {text}{'  # ' + comment if comment else ''}")
-    return lines
 
 
 def yaml_number(value: float) -> str:

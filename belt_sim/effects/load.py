@@ -5,6 +5,7 @@ import importlib.util
 import inspect
 import re
 import sys
+import textwrap
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
 from pathlib import Path
@@ -12,7 +13,16 @@ from typing import Any
 
 from belt_sim.effects.base import Effect, effects_in, library
 from belt_sim.effects.generic_law import ID as LAW
-from belt_sim.effects.generic_law import GenericLaw, law_effect, law_lines, law_of_entry, yaml_number
+from belt_sim.effects.generic_law import (
+    TERM_NUMBERS,
+    WIDTH,
+    GenericLaw,
+    law_effect,
+    law_entry,
+    law_of_entry,
+    yaml_number,
+)
+from belt_sim.effects.law import COURSES, SHAPES, VARIABLES, number_name
 from belt_sim.errors import InputError, finite
 from belt_sim.io import careful_yaml
 from belt_sim.line.hooks import HOOKS, line_of, overrides, wrong_file
@@ -75,7 +85,29 @@ def save_effects(
     lines = [f"schema: {schema}", "effects:" if effects else "effects: []"]
     for e in effects:
         if isinstance(e, GenericLaw):
-            lines += law_lines(e, (uncertainty or {}).get(e.id, {}), notes)
+            # ``law_entry`` with words, units and uncertainties as comments
+            own = (uncertainty or {}).get(e.id, {})
+            entry = law_entry(e)
+            lines += [f"  - id: {LAW}", *(f"    # {line}" for note in notes for line in textwrap.wrap(note, WIDTH))]
+            lines += [f"    tension: {yaml_number(entry['tension'])}  # Pa, at which the sizes hold", "    terms:"]
+            for k, (t, term) in enumerate(zip(e.content.law.terms, entry["terms"], strict=True)):
+                words = {
+                    "points" if t.place.points else "place": t.place.words,
+                    "variable": VARIABLES[t.form.variable][1],
+                    "shape": f"{SHAPES[t.form.shape].words}, x: the variable",
+                    "course": COURSES[t.form.course].words,
+                }
+                if not t.form.is_carried and t.form.course != "constant":  # what s is in the formula
+                    since = " since the yaw was set" if t.form.since_yaw else ""
+                    words["course"] += f", s: time{since} [s]" if t.form.timed else f", s: travel{since} [m]"
+                for name, value in term.items():
+                    text, comment = str(value).lower() if name == "timed" else str(value), words.get(name, "")
+                    if name in TERM_NUMBERS:
+                        number, u = e.parameters[number_name(name, k)], own.get(number_name(name, k))
+                        parts = number.unit if number.unit != "1" else "", number.meaning, f"+- {u:.2g}" if u else ""
+                        text, comment = yaml_number(value), ", ".join(part for part in parts if part)
+                    begin = "- " if name == "place" else "  "
+                    lines.append(f"      {begin}{name}: {text}{'  # ' + comment if comment else ''}")
             continue
         origin = getattr(type(e), "source_file", None)
         lines.append(f"  - id: {origin or e.id}")

@@ -22,14 +22,15 @@ from belt_sim.campaign.folder import put_folder, read_plan, runs_text, sheet_tre
 from belt_sim.campaign.records import resolution, scatter, scatter_of_wander
 from belt_sim.campaign.sheet import field_texts
 from belt_sim.campaign.types import PLACES, BeltSheet, Machine, Quantity, SettingsSheet, did_you_mean, kind_at
-from belt_sim.case import Belt, Rig
-from belt_sim.diagnosis.foresight import harm_warnings, safe_yaw
+from belt_sim.case import Belt, Case, Rig, Schedule, Settings
+from belt_sim.diagnosis.foresight import harm_warnings
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import SIGNAL_NAMES, USUAL_UNITS, Column
 from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question, ask
 from belt_sim.io import group_names
 from belt_sim.settings import BOUNDS, MACHINE, SIGNAL_DIMENSION, Range, belt_from, rig_from
 from belt_sim.units import DEGREE, MM, N_PER_MM2, UNITS, quantity, round_digits, size_of, two_digits
+from belt_sim.validity import STRENGTH, limits
 
 
 class Datum(NamedTuple):
@@ -328,6 +329,14 @@ def travel_for(rig: Rig) -> float:
     return 5.0 * math.ceil(RECORD_SPANS * rig.span_length / 5.0)
 
 
+#: Share of the yaw at which an edge goes slack, or the linear laws end, that a plan may use.
+SHARE = 0.8
+#: Share of the belt's bending fatigue strength that tension, bending over the pulleys and the yaw together may reach.
+STRESS = 0.9
+#: A yaw at which the limits are asked; their loads go with the yaw or with its square [rad].
+_ASKED = 0.01 * DEGREE
+
+
 def plan_for(
     rig: Rig, belt: Belt, speed: float, tensions: list[float] | None = None, yaw: float | None = None
 ) -> list[PlannedRun]:
@@ -344,7 +353,17 @@ def plan_for(
         tensions = [*rounded[:1], *(max(t, round_digits(1.5 * s, 2)) for s, t in pairwise(rounded))]
     if yaw is None:
         yaw = DRIFT * belt.width / (DRIFT_PER_YAW * travel_for(rig)) / DEGREE
-        harmless = safe_yaw(rig, belt, [t * N_PER_MM2 for t in tensions]) / DEGREE / 2.0
+        # half the largest that harms no run and leaves no law of the models behind
+        sizes = list[float]()
+        for tension in (t * N_PER_MM2 for t in tensions):
+            asked = Settings(tension=tension, yaw=Schedule.step(_ASKED))
+            loads = {limit.id: float(limit.load) for limit in limits(Case(rig=rig, belt=belt, settings=asked))}
+            bent = loads["thick_belt"] * STRENGTH
+            room = max(STRESS * STRENGTH - bent, 0.0) / (tension * loads["slack_edge"])
+            ends = (("slack_edge", 1.0), ("second_order", 0.5))  # neither without gravity and sag
+            sizes += [(SHARE / loads[name]) ** power for name, power in ends if loads[name] > 0.0]
+            sizes += [room] if room else []  # a belt that its pulleys alone bend too far is told of, whatever the yaw
+        harmless = _ASKED * min(sizes) / DEGREE / 2.0
         yaw = round_digits(yaw, 2) if yaw < harmless else two_digits(harmless)
     low, middle, high = tensions[0], tensions[(len(tensions) - 1) // 2], tensions[-1]
     rows: list[tuple[str, float, float, dict[str, Any]]] = []  # what it is good for, N/mm2, degrees, other settings

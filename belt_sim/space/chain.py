@@ -89,13 +89,23 @@ def finish_step(
     """After a step in time of ``dt`` [s]: the pulleys, what slid, landed and left; slips; loads on the pulleys, of
     ``belt_loads``; and what the instruments read, (20,).
 
-    slips: of the stations on them, and the pulley that waited (``slide_wraps``), None if nothing slips in a batch;
+    slips: of the stations on them, and the pulley that waited, NEITHER if none did, None if nothing slips in a batch;
     pull: of belt and weight; the others as of ``land_stations``.
     """
     loads, (slip, waiting) = belt_loads(pulleys, nodes, pull), slips
     if belt.sliding_stiffness is not None:
-        moves = pull, command.friction, command.speed, shaped
-        pulleys, slip, waiting = on_pulley.slide_wraps(belt, pulleys, slip, waiting, *moves)
+        # when both belts slide as a whole they take turns, since each reckons with the other standing still
+        other = jnp.where(waiting == HEAD, TAIL, HEAD)
+        waiting = jnp.where((slip.sliding > 0.5).all(), other, on_pulley.NEITHER)
+
+        def slide(of: tuple[Array, BeltOnPulley, Any]) -> tuple[WrapArrays, Any]:
+            which, pulley, own = of
+            acting = pull, command.friction, command.speed, shaped
+            moves = partial(on_pulley.slide_wrap, belt, *acting, pulley, own)
+            return jax.lax.cond(which == waiting, lambda: (pulley.wrap, own), moves)
+
+        wraps, slip = jax.lax.map(slide, (jnp.arange(2), pulleys, slip))
+        pulleys = pulleys._replace(wrap=wraps)
     pulleys = on_pulley.carry_wraps(belt, pulleys, before, nodes, moved, shaped, command.share, dt)
     wraps, tail_x = pulleys.wrap, pulleys.pose.centre[TAIL, 0]
     read = reading(belt, nodes, wraps.first, wraps.last, tail_x, command.share)

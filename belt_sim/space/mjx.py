@@ -78,7 +78,7 @@ class MjxData(NamedTuple):
     """What moves. mjx: MJX's data (``PreparedCase.to_mujoco`` shows them with the belt); pulleys: head and tail;
     loads (2, 3): of ``belt_loads``; travel [m]: of the belt; reading (20,): of the instruments, READING says what of;
     compliance_yaw [rad], (2,): by which the pulleys give way, None if they do not; slip: of a belt with friction, and
-    waiting, as of ``slide_wraps``."""
+    waiting, as of ``finish_step``."""
 
     mjx: mjx.Data
     pulleys: BeltOnPulley

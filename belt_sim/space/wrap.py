@@ -507,20 +507,3 @@ def slide_wrap(
 
 
 NEITHER = -1
-
-
-def slide_wraps(
-    belt: BeltArrays, pulleys: BeltOnPulley, slip: SlipState, waiting: Array, pull: Array, friction: Array,
-    speed: Array, shaped: Array,
-) -> tuple[BeltOnPulley, SlipState, Array]:  # fmt: skip
-    """Both wraps after ``slide_wrap``, and the pulley that waited, NEITHER if none did: when both belts slide as a
-    whole they take turns, since each reckons with the other standing still; waiting: the one of the last step."""
-    waiting = jnp.where((slip.sliding > 0.5).all(), jnp.where(waiting == HEAD, TAIL, HEAD), NEITHER)
-
-    def slide(of: tuple[Array, BeltOnPulley, SlipState]) -> tuple[WrapArrays, SlipState]:
-        which, pulley, own = of
-        moves = partial(slide_wrap, belt, pull, friction, speed, shaped, pulley, own)
-        return jax.lax.cond(which == waiting, lambda: (pulley.wrap, own), moves)
-
-    wraps, slip = jax.lax.map(slide, (jnp.arange(2), pulleys, slip))
-    return pulleys._replace(wrap=wraps), slip, waiting
