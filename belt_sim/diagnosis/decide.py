@@ -217,8 +217,10 @@ class Decision:
         a law as good as can be would pass the alarm, and which is behind by less than a share of what they explain
         (docs/diagnosis.md).
         """
-        if self.instead or self.probability_of_unknown > policy.alarm:
-            return not self.instead
+        if self.instead:
+            return False
+        if self.probability_of_unknown > policy.alarm:
+            return True
         best, sets = self.explanations[0], self.law_sets(table)
         unknown = [e for e in self.explanations if e.unknown and frozenset(e.effects) in sets]
         for e in (e for e in unknown if set(e.effects) < set(best.effects)):
@@ -228,8 +230,8 @@ class Decision:
         return False
 
     def most_probable_unknown(self, table: EvidenceTable, ids: Ids, policy: Policy) -> float:
-        """The probability of something unknown, were there a law beside the effects ``ids``, too, that explains the
-        most that one may."""
+        """The probability of something unknown if a further law beside the effects ``ids`` explained the most that one
+        may."""
         law = LawEvidence(words="", gain=self.most_of_a_law(table, ids), cost=0.0, sizes=1)
         rows = tuple(replace(b, laws=(*b.laws, law)) if b.ids == ids else b for b in table.unknown)
         return sum(e.probability for e in explanations(replace(table, unknown=rows), policy) if e.unknown)

@@ -198,7 +198,7 @@ def free_starts(
     one that ran without any, by the faults of its machine: where one is free, the other is.
 
     evidence_of_laws: of a fit in the linear range (None: none is sought). Where a law says as much with fewer numbers,
-    records cannot tell the two, and the remark asks: the campaign is as stated, for who knows that it is.
+    records cannot tell the two: the starts stay as stated, and the remark asks for them and stops a diagnosis.
     """
     curved = _curves_of(campaign)
     begun = [r for r in curved.runs if r.run_in == 0.0 and (not (r.yaw or r.yaw_head) or r.travel[0] >= r.yaw_at)]

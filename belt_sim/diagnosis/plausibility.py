@@ -58,10 +58,8 @@ def _judge(slots: Sequence[Slot], values: np.ndarray, spread: np.ndarray) -> lis
 def plausible_bounds(slot: Slot) -> tuple[float, float]:
     """Lowest and highest that a number of a real machine could be, in units of its scale."""
     low, high = (bound - slot.parameter.null for bound in slot.parameter.plausible)
-    lowest, highest = (
-        low * PLAUSIBLE_FACTOR if low < 0.0 else low / PLAUSIBLE_FACTOR,
-        high * PLAUSIBLE_FACTOR if high > 0.0 else high / PLAUSIBLE_FACTOR,
-    )
+    lowest = low * PLAUSIBLE_FACTOR if low < 0.0 else low / PLAUSIBLE_FACTOR
+    highest = high * PLAUSIBLE_FACTOR if high > 0.0 else high / PLAUSIBLE_FACTOR
     return (slot.parameter.null + lowest) / slot.scale, (slot.parameter.null + highest) / slot.scale
 
 
@@ -136,9 +134,8 @@ def prefer_plausible(bench: Workbench, fits: Sequence[Fit]) -> list[Fit]:
         # the point along the valley, as the derivatives have it, where numbers are least for what machines have
         vector, away = fit.vector.copy(), (fit.vector - bench.forward.null())[fit.free]
         sigma = prior_sigma(bench.forward, fit.free)
-        rows = np.concatenate(
-            [(fit.columns * sigma[:, None]).T, np.eye(len(sigma))]
-        )  # in sigmas, which tells them apart
+        # by least squares in sigmas: two numbers that do the same make the normal equations singular
+        rows = np.concatenate([(fit.columns * sigma[:, None]).T, np.eye(len(sigma))])
         vector[fit.free] += sigma * np.linalg.lstsq(rows, np.concatenate([fit.residual, -away / sigma]))[0]
         begun.append(bench.start(fit.ids, np.clip(vector, low, high), fit.free))
     found = list(fits)

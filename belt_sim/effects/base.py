@@ -124,6 +124,10 @@ class Effect(Hooks):
         """Return the effect with null parameters, which does nothing."""
         return cls(**{name: p.null for name, p in cls.parameters.items()})
 
+    def is_null(self) -> bool:
+        """Return whether every parameter has its null value."""
+        return self == self.null()
+
 
 class PartOfScene(Effect):
     """Effects that are a part of a 3D scene, in proportion to one number, or to one of each pulley.
