@@ -191,10 +191,12 @@ def _compared_words(result: "Comparison | Diagnosis") -> tuple[str, dict[str, st
 
 
 def report_pictures(d: "Diagnosis") -> dict[str, str]:
-    """The pictures of a report as SVG text, by kind: each is drawn once, for the page and for the run's folder."""
+    """The pictures of a report as SVG text, by kind: each is drawn once, for the page and for the run's folder, of the
+    numbers as the folder keeps them, so that a report that is written again has the same ones."""
+    from belt_sim.results.files import diagnosis_of, file_json
     from belt_sim.show.diagnosis import AROUND, MOST_PANELS, RESIDUAL, RESIDUAL_GAP, overlay_picture
 
-    made: dict[str, str] = {}
+    d, made = diagnosis_of(file_json(d), file_json(d.drawings), "diagnosis.json"), dict[str, str]()
     if d.drawings.overlays:
         words, names = _compared_words(d)
         fig: Any = overlay_picture(None, d.drawings.overlays, words, names=names, most=MOST_PANELS)
