@@ -102,17 +102,17 @@ class RunDir:
         many = hydra.mode == RunMode.MULTIRUN
         try:
             path = Path(hydra.sweep.dir) / str(hydra.sweep.subdir) if many else Path(hydra.run.dir)
-            settings, typed = plain_settings(config), list(hydra.overrides.task)
             used = re.findall(r"\$\{(\w+)", OmegaConf.to_yaml(config))  # by other values
 
             # a key that a file of the user's has and the command would not read; a model says what it takes
             known, own = known_keys(command), [*hydra.runtime.choices, *used]
             groups = {key.split(".")[0] for key in known if "." in key} - {"model"}
-            inside = [f"{group}.{key}" for group in groups for key in settings.get(group) or {}]
-            for key in [*(str(key) for key in settings if key not in own), *inside]:
+            inside = [f"{group}.{key}" for group in groups for key in config.get(group) or {}]
+            for key in [*(str(key) for key in config if key not in own), *inside]:
                 if key not in known:
                     raise BeltError(f"{key}: no such key{nearest(key, known)}")
-            return RunDir(path, command, settings, typed, hydra.job.num if many else None)
+            settings, number = plain_settings(config), hydra.job.num if many else None  # raises for what has no value
+            return RunDir(path, command, settings, list(hydra.overrides.task), number)
         except OmegaConfBaseException as error:
             raise BeltError(one_line(error, command)) from error
 

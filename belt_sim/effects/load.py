@@ -190,7 +190,9 @@ def _read_entry(item: Any) -> tuple[dict[str, type[Effect]], dict[str, Any]]:
         except (Exception, SystemExit) as error:
             del sys.modules[module]
             line = getattr(error, "lineno", None) or line_of(error, path)
-            raise wrong_file(path, line, f"the file does not import: {type(error).__name__}: {error}") from error
+            is_told = isinstance(error, InputError)  # by ``effect``, of a declaration
+            what = f"{error}" if is_told else f"the file does not import: {type(error).__name__}: {error}"
+            raise wrong_file(path, line, what) from error
     found = effects_in(sys.modules[module])
     if not found:
         raise wrong_file(path, 1, "it defines no effect; docs/write_an_effect.md and belt-sim new-effect show one")

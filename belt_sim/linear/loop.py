@@ -1,5 +1,6 @@
 """A controller on the linear plant: the loop in travel, and its margins."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from numbers import Real
 from pathlib import Path
@@ -14,7 +15,7 @@ from belt_sim.model import ModelName, analytic_model
 from belt_sim.settings import BOUNDS, make_case
 from belt_sim.units import DEGREE, MM
 
-LOST_AT = 10.0  # [m] off the middle, at which a run that diverges ends
+LOST_AT, DIVERGED = 10.0, 1e6  # [m] off the middle: a run that comes to the second ends at the first
 LOOP_ORDER = 6  # of the rational function that stands for each wrapped arc
 LONGEST_WAY = 1000  # samples that a reading may be late: the loop's eigenvalues take a second
 GROWS = 1e-6  # [1/m]: less is rounding of a mode that stands, e-fold in 1000 km
@@ -168,19 +169,14 @@ def close_loop(
 
     space = state_space(plant, order=LOOP_ORDER)
     shown, measured, command, yaw = _sampled_run(
-        space, controller, linear, np.zeros((4, steps + 1)), point=point, late=late, sample=sample, y_start=y_start,
-        reference=reference, askew=askew, drift=drift, noise=noise, limits=limits, backlash=backlash, seed=seed,
+        space, controller if linear is None else _sampled_controller(linear, sample), samples=steps + 1,
+        point=point, late=late, sample=sample, y_start=y_start, reference=reference, askew=askew, drift=drift,
+        noise=noise, limits=limits, backlash=backlash, seed=seed, keep_lost=linear is not None,
     )  # fmt: skip
     time = sample * np.arange(len(yaw))
     drawn = {} if linear is None else _open_loop(space, linear, point=point, late=late, sample=sample, delay=delay)
-    curves: dict[str, Any] = {
-        "travel": time * plant.speed,
-        "y": shown,
-        "measured": measured,
-        "command": command,
-        "yaw": yaw,
-    }
-    return ClosedLoop(plant=plant, point=point, time=time, **curves, **drawn)
+    curves: dict[str, Any] = {"travel": time * plant.speed, "y": shown, "measured": measured}
+    return ClosedLoop(plant=plant, point=point, time=time, command=command, yaw=yaw, **curves, **drawn)
 
 
 def _plant_of_loop(plant: LinearBelt | ModelName, **stated: Any) -> LinearBelt:
@@ -195,40 +191,55 @@ def _plant_of_loop(plant: LinearBelt | ModelName, **stated: Any) -> LinearBelt:
 
 
 def _sampled_run(
-    space: StateSpace, controller: Any, linear: Any, shown: np.ndarray, *, point: int, late: int, sample: float,
+    space: StateSpace, control: Callable[[float, float], float], *, samples: int, point: int, late: int, sample: float,
     y_start: float, reference: float, askew: float, drift: float, noise: float, limits: float, backlash: float,
-    seed: int,
+    seed: int, keep_lost: bool,
 ) -> tuple[np.ndarray, ...]:  # fmt: skip
-    """``shown``, y1..y4 in zeros (4, n), reading, command and yaw of a run, (n,) each, as far as the belt is not lost;
-    linear: the controller as a state space, None where it is a function. Arguments as of ``close_loop``."""
-    plant = space.plant
+    """y1..y4 (4, n), reading, command and yaw (n,) of a run, which ends where the belt is lost.
+
+    control: (time, error) -> yaw, called once a sample; keep_lost: a run that diverges is returned up to there, or it
+    raises InputError. Other arguments as of ``close_loop``.
+    """
+    plant, shown, rng = space.plant, np.zeros((4, samples)), np.random.default_rng(seed)
+    measured, command, yaw = np.zeros((3, samples))
     constant = np.zeros(len(space.a))
     constant[: len(plant.constant)] = plant.constant * plant.speed
     constant[0] += drift * plant.speed
-    turns, (by_yaw, by_itself) = _held(space.a, np.column_stack([space.b[:, 0], constant]), sample)
-    if linear is not None:
-        inside, (by_error,) = _held(linear.A, linear.B, sample)
-        asked, direct, x = linear.C[0], float(linear.D[0, 0]), np.zeros(len(inside))
-    z, turned, rng = lying_at(space, y_start), 0.0, np.random.default_rng(seed)
-    measured, command, yaw = np.zeros((3, shown.shape[1]))
-    for k in range(len(yaw)):
+    moves, (by_yaw, by_itself) = _held(space.a, np.column_stack([space.b[:, 0], constant]), sample)
+
+    z, turned, end = lying_at(space, y_start), 0.0, samples
+    for k in range(samples):
+        # the sensor reads the belt, ``late`` samples ago
         shown[:, k] = space.c @ z
         measured[k] = shown[point - 1, max(k - late, 0)] + noise * rng.standard_normal()
-        error = reference - measured[k]
-        command[k] = float(controller(k * sample, error) if linear is None else asked @ x + direct * error)
-        if not np.isfinite(command[k]) or np.abs(shown[:, k]).max() > 1e6:
-            kept = int(np.argmax(np.abs(shown[:, : k + 1]).max(axis=0) > LOST_AT))
-            if linear is None or kept < 2:
+        # the controller answers, unless the loop has diverged
+        command[k] = float(control(k * sample, reference - measured[k]))
+        if not np.isfinite(command[k]) or np.abs(shown[:, k]).max() > DIVERGED:
+            end = int(np.argmax(np.abs(shown[:, : k + 1]).max(axis=0) > LOST_AT))
+            if not keep_lost or end < 2:
                 remedy = f"the loop is unstable: it diverges by {k * sample:.3g} s; give limits, or a smaller gain"
                 raise InputError("controller", f"{command[k]:g}", "rad", remedy)
-            return shown[:, :kept], measured[:kept], command[:kept], yaw[:kept]
+            break
+        # the drive turns the pulley through its play, and the belt moves on until the next sample
         driven = float(np.clip(command[k], -limits, limits))
         turned = float(np.clip(turned, driven - 0.5 * backlash, driven + 0.5 * backlash))
         yaw[k] = turned + askew
-        z = turns @ z + by_yaw * yaw[k] + by_itself
-        if linear is not None:
-            x = inside @ x + by_error * error
-    return shown, measured, command, yaw
+        z = moves @ z + by_yaw * yaw[k] + by_itself
+    return shown[:, :end], measured[:end], command[:end], yaw[:end]
+
+
+def _sampled_controller(linear: Any, sample: float) -> Callable[[float, float], float]:
+    """A continuous state space as a controller (time, error) -> yaw, which keeps its state from sample to sample."""
+    inside, (by_error,) = _held(linear.A, linear.B, sample)
+    asked, direct, x = linear.C[0], float(linear.D[0, 0]), np.zeros(len(inside))
+
+    def control(time: float, error: float) -> float:
+        nonlocal x
+        yaw = asked @ x + direct * error
+        x = inside @ x + by_error * error
+        return yaw
+
+    return control
 
 
 def _open_loop(space: StateSpace, linear: Any, *, point: int, late: int, sample: float, delay: float) -> dict[str, Any]:

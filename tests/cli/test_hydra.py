@@ -181,6 +181,12 @@ def test_a_key_of_a_file_that_no_command_reads_is_refused(file, mine, capsys):
     assert not (mine / "a").exists()
 
 
+def test_a_misspelt_key_is_told_before_the_value_that_lacks_for_it(mine, capsys):
+    (mine / "mine" / "needed.yaml").write_text("defaults: [check, _self_]\ncampain: slack_belt\n", encoding="utf-8")
+    assert run_command(["check", "-cd", "mine", "-cn", "needed", "hydra.run.dir=a"]) == 1
+    assert capsys.readouterr().err == "belt-sim: campain: no such key; did you mean campaign?\n"
+
+
 def test_a_key_twice_in_a_file_is_told_with_its_line(mine, capsys):
     (mine / "mine" / "twice.yaml").write_text("tension: 10\ntension: 20\n", encoding="utf-8")
     assert run_command(["simulate", "-cd", "mine", "-cn", "twice", *ROPE]) == 1

@@ -74,7 +74,7 @@ def test_ones_own_effect_stands_beside_the_library():
         ("import no_such_module_anywhere\n", "does not import"),
         ("x = 1\n", "defines no effect"),
         (OWN.format(id="taper"), "the library has an effect of this id"),
-        (OWN.format(id="mine").replace('"run-up"', '"running"'), "use one of"),
+        (OWN.format(id="mine").replace('"run-up"', '"running"'), r"line \d+: Mine.law = 'running': use one of"),
         (OWN.format(id="mine").replace('"a":', '"b":'), "declare each once"),
         (OWN.format(id="mine").replace("(-1, 1)", "(-1, float('inf'))"), "Mine.a.plausible = .*both finite"),
         (
