@@ -15,7 +15,7 @@ from belt_sim.model import ModelName, analytic_model
 from belt_sim.settings import BOUNDS, make_case
 from belt_sim.units import DEGREE, MM
 
-LOST_AT, DIVERGED = 10.0, 1e6  # [m] off the middle: a run that comes to the second ends at the first
+LOST_AT, _DIVERGED = 10.0, 1e6  # [m] off the middle: a run that comes to the second ends at the first
 LOOP_ORDER = 6  # of the rational function that stands for each wrapped arc
 LONGEST_WAY = 1000  # samples that a reading may be late: the loop's eigenvalues take a second
 GROWS = 1e-6  # [1/m]: less is rounding of a mode that stands, e-fold in 1000 km
@@ -214,7 +214,7 @@ def _sampled_run(
         measured[k] = shown[point - 1, max(k - late, 0)] + noise * rng.standard_normal()
         # the controller answers, unless the loop has diverged
         command[k] = float(control(k * sample, reference - measured[k]))
-        if not np.isfinite(command[k]) or np.abs(shown[:, k]).max() > DIVERGED:
+        if not np.isfinite(command[k]) or np.abs(shown[:, k]).max() > _DIVERGED:
             end = int(np.argmax(np.abs(shown[:, : k + 1]).max(axis=0) > LOST_AT))
             if not keep_lost or end < 2:
                 remedy = f"the loop is unstable: it diverges by {k * sample:.3g} s; give limits, or a smaller gain"
