@@ -201,8 +201,9 @@ def mapping_of(stated: Any) -> MappingEntry:
     else:
         path, file = Path(stated), str(Path(stated))
         try:
-            if path.exists() and not path.is_file():
-                raise ValueError("a pipe or a folder")
+            if path.exists() and not path.is_file():  # a pipe would wait for ever
+                what = "is a folder; name the file in it" if path.is_dir() else "is no file"
+                raise refusal(path, f"{what}, as mapping=FOLDER/{MAPPING_FILE}")
             text = path.read_text(encoding="utf-8-sig")
         except (OSError, ValueError) as error:
             cause = getattr(error, "strerror", None) or "not UTF-8 text"

@@ -6,6 +6,7 @@ from logger_files import MAPPING, log, table
 
 from belt_sim.errors import BeltError
 from belt_sim.importing import read, understand, write
+from belt_sim.importing.mapping import mapping_of
 
 RUN = {"tension": "10", "yaw": "-0.042"}
 L = log(length=5.0)
@@ -158,6 +159,11 @@ def test_a_mapping_file_names_the_line(tmp_path):
     (tmp_path / "m.yaml").write_text("schema: belt-mapping/1\nruns:\n  a: {tensoin: 10}\n")
     with pytest.raises(BeltError, match=r"m\.yaml:3: runs\.a\.tensoin: unknown key; did you mean tension\?"):
         understand(read([tmp_path / "a.csv"]), tmp_path / "m.yaml")
+
+
+def test_a_mapping_that_is_a_folder_asks_for_the_file_in_it(tmp_path):
+    with pytest.raises(BeltError, match=r"is a folder; name the file in it, as mapping=FOLDER/mapping\.yaml$"):
+        mapping_of(tmp_path)
 
 
 def test_a_mapping_that_is_a_bomb_is_refused(tmp_path):
