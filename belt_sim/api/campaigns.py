@@ -90,10 +90,6 @@ def draft_text(proposal: Proposal) -> str:
     if proposal.unknown:
         lines += ["# left out as long as at is null; give a place, or in its stead a role as {role: tension}:"]
         lines += [f"#   {q.path[1]}" for q in proposal.unknown]
-    guesses = {u.name: f"#   {u.name}: {u.unit} ({u.why})" for u in proposal.columns if u.unit_is_guess}
-    if guesses:
-        lines += ["# units that only the size of the numbers tells; look at them, and state unit: for good:"]
-        lines += guesses.values()
     if any(q.path[-1] == "at" for q in (*proposal.missing, *proposal.unknown)):
         lines += [f"# {line}" for line in DRAWING.splitlines()]
     return mapping_text(mapping) + "\n".join([*lines, ""] if lines else [])

@@ -204,7 +204,7 @@ def mapping_used(
     columns: dict[str, Any] = {}
     for u in used:
         name = u.signal if u.at else ""
-        seen = {"role": u.role, "unit": "" if u.unit_is_guess else u.unit, "at": u.at, "name": name}
+        seen = {"role": u.role, "unit": u.unit, "at": u.at, "name": name}
         own = {k: v for k, v in seen.items() if v} | u.entry.model_dump(**_STATED)
         columns.setdefault(u.name, own)
     runs: dict[str, Any] = {}

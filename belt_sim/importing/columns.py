@@ -1,6 +1,6 @@
 """Tables of a logger and their columns: what was logged, and its role, unit and place.
 
-These are proposed by a column's name, its unit and its numbers; what the mapping states comes before.
+These are proposed by a column's name and unit; what the mapping states comes before, and what neither says is asked.
 """
 
 import re
@@ -16,11 +16,11 @@ import numpy as np
 from belt_sim.campaign.sheet import RESERVED, check_name
 from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, CampaignError, did_you_mean, kind_at, quote, refusal
 from belt_sim.errors import InputError
-from belt_sim.importing.mapping import DAY, ROLES, TILT, ColumnEntry, MappingEntry, Question, Role, ask, texts_of
+from belt_sim.importing.mapping import DAY, ROLES, ColumnEntry, MappingEntry, Question, ask, texts_of
 from belt_sim.settings import SIGNAL_DIMENSION
 from belt_sim.units import NAMES, UNITS, quantity, scaled_unit, split_unit, unit_of
 
-#: dimension -> unit of a column where neither file nor mapping states one, and in which a signal is written
+#: dimension -> unit that a question proposes, and in which a signal is written
 USUAL_UNITS = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
 SYNONYMS_FILE = "synonyms.yaml"  # what people call roles, places and directions, and what they remark
 #: place -> usual name of the signal there
@@ -115,23 +115,19 @@ class Column:
         return np.empty(0) if self.is_text else self.values[np.isfinite(self.values)]
 
     @property
-    def sure(self) -> bool:
-        """Whether the mapping or the file itself says what it is."""
-        stated = self.entry.role or self.entry.unit or self.entry.at
-        return bool(self.is_certain or stated) and not self.unit_is_guess
+    def is_stated(self) -> bool:
+        """Whether the mapping says what it is."""
+        return bool(self.entry.role or self.entry.unit or self.entry.at)
 
     @property
-    def unit_is_guess(self) -> bool:
-        """Whether neither the mapping nor the file states the unit of what was logged."""
-        stated = self.entry.unit or self.entry.axis or self.stated_unit == self.unit
-        return bool(ROLES[self.role].units and self.unit) and not stated
+    def sure(self) -> bool:
+        """Whether the mapping or the file itself says what it is."""
+        return self.is_certain or self.is_stated
 
     @property
     def why(self) -> str:
         """Where role and unit come from, in words."""
-        if self.entry.role or self.entry.unit or self.entry.at:
-            return "the mapping" + (f"; {self.unit} is a guess" if self.unit_is_guess else "")
-        return self.proposed_by + ("" if self.is_certain else " (a guess)")
+        return "the mapping" if self.is_stated else self.proposed_by + ("" if self.is_certain else " (a guess)")
 
     def si(self) -> np.ndarray:
         """Numbers [SI]; of a force [N]; of an axis of a digitised picture, the value at each pixel."""
@@ -277,7 +273,8 @@ def place_named(name: str) -> str:
 def propose_roles(table: LoggedTable) -> LoggedTable:
     """The table with a role, a unit and a place proposed for every column, and its kind: a record, or a row a run of
     settings or of steady rates."""
-    columns, notes = [_propose(column) for column in table.columns], list(table.notes)
+    names, notes = {c.name for c in table.columns}, list(table.notes)
+    columns = [_propose(c, c.name if (first := _COUNT.sub("", c.name)) not in names else first) for c in table.columns]
     # a column of dates and one of times of day are one time, so that a night does not begin a new run
     stamps = {k: c.numbers for k, c in enumerate(columns) if c.role == "time" and c.stamp and len(c.numbers)}
     dates = [k for k, s in stamps.items() if np.all((s > DAY) & (s % DAY == 0.0))]
@@ -297,10 +294,6 @@ def propose_roles(table: LoggedTable) -> LoggedTable:
             columns[k] = replace(column, values=values, readings=readings)
             notes += [Note(table.name, f"{column.name}: {remark}") for remark in remarks]
     roles = {c.role for c in columns}
-    if not roles & {"time", "travel"}:
-        rising = next((k for k, c in enumerate(columns) if c.role == "" and rises(c)), None)
-        if rising is not None:
-            columns[rising] = replace(columns[rising], proposed_by="it rises throughout: time or travel?")
     kind: Literal["record", "settings", "rates"] = "record"
     run = next((c for c in columns if c.role == "run"), None)
     times = [np.diff(np.unique(c.numbers)) for c in columns if c.role == "time"]
@@ -312,10 +305,9 @@ def propose_roles(table: LoggedTable) -> LoggedTable:
     return replace(table, columns=tuple(columns), kind=kind, notes=tuple(notes))
 
 
-def _propose(column: Column) -> Column:
-    """Role by the name and the unit; unit by the name or by magnitude. Words are names of runs, or directions (1 and -1
-    of forward and reverse, nan where blank), or of no use."""
-    header = _COUNT.sub("", column.name)
+def _propose(column: Column, header: str) -> Column:
+    """Role by the name and the unit of its header. Words are names of runs, or directions (1 and -1 of forward and
+    reverse, nan where blank), or of no use."""
     name, unit = split_unit(header)
     unit = column.unit or unit or ""
     # what stands in the place of a unit, as [V], (kgf) or in furlongs
@@ -337,13 +329,12 @@ def _propose(column: Column) -> Column:
         if any(words) and signs.keys() >= {*words}:
             values, why = np.array([signs[w] for w in words]), "its name and words"
             return replace(column, values=values, role=role, unit="1", is_certain=True, proposed_by=why)
-        is_lost = bool(role) and ROLES[role].dimensions != () and unit in UNITS
+        is_lost = bool(role) and ROLES[role] != () and unit in UNITS
         why = f"text, though its name and unit say {role}" if is_lost else "text"
         return replace(column, role="run" if role == "run" else "ignore", unit="", is_lost=is_lost, proposed_by=why)
     if not len(column.numbers):
         return replace(column, role="ignore", unit="", proposed_by="holds no numbers")
-    fits = bool(role) and (not ROLES[role].dimensions or UNITS[unit][0] in ROLES[role].dimensions)
-    if unit and not fits:
+    if unit and (not role or (ROLES[role] and UNITS[unit][0] not in ROLES[role])):
         dimension = UNITS[unit][0]
         stroke = role in ("yaw", "yaw_head") and dimension == "length" and not place_named(name)
         if stroke and not any(_speaks_of(plain(name), known) for known in texts_of(SYNONYMS_FILE)["roles"]["signal"]):
@@ -351,17 +342,9 @@ def _propose(column: Column) -> Column:
         role = "signal" if dimension == "length" and place_named(name) else BY_DIMENSION.get(dimension, "")
     if not role:
         return replace(column, role="", unit=unit, proposed_by="nothing is known of it")
+    why = f"its name; its unit {column.stated_unit} is not known" if column.stated_unit and not unit else "its name"
     at = place_named(name) if role == "signal" else ""
-    is_certain, why = bool(unit), "its name"
-    if column.stated_unit and not unit:
-        why = f"its name; its unit {column.stated_unit} is not known"
-    elif role.startswith(("rate", "u_rate")):
-        unit = unit or "mm/m"
-    elif ROLES[role].units and not unit:
-        is_tilt = role == "signal" and any(w in plain(name) for w in texts_of(SYNONYMS_FILE)["places"]["tilt"])
-        unit, guess = _only_unit(column, TILT if is_tilt else ROLES[role])
-        why = f"its name; {guess}"
-    return replace(column, role=role, unit=unit, at=at, is_certain=is_certain, proposed_by=why)
+    return replace(column, role=role, unit=unit, at=at, is_certain=bool(unit), proposed_by=why)
 
 
 def wind_on(seconds: np.ndarray) -> tuple[np.ndarray, list[str]]:
@@ -381,17 +364,6 @@ def wind_on(seconds: np.ndarray) -> tuple[np.ndarray, list[str]]:
         if len(at):
             remarks.append(remark)
     return out, remarks
-
-
-def _only_unit(column: Column, role: Role) -> tuple[str, str]:
-    """The only unit in which the numbers are what a machine has, "" where several or none are, and that in words."""
-    size = float(np.ptp(column.numbers) if role.by_range else np.abs(column.numbers).max())
-    if size == 0.0:
-        return role.units[0], "it does not change"
-    likely = [unit for unit in role.units if role.low <= size * UNITS[unit][1] <= role.high]
-    if len(likely) == 1:
-        return likely[0], f"{size:.3g} would be likely in {likely[0]} only"
-    return "", f"no unit is stated; {size:.3g} is likely in {' and in '.join(likely) or 'none'}"
 
 
 # ---- columns as they are used: by the mapping, else as proposed
@@ -465,8 +437,7 @@ def _use_one(role: str, same: list[int], columns: list[Column], use: str, notes:
 def _resolve(column: Column, taken: list[str]) -> Column:
     """A column as its entry of the mapping states it, else as proposed; taken: names of other signals.
 
-    Its unit is as stated; as proposed, where it is of a kind that fits; else the usual one of that kind; "" where the
-    file states one that is not known or of another kind.
+    Its unit is as stated by the mapping, else by the file; "" where neither states one that is known and of its kind.
     """
     where, entry = f"columns.{column.name}", column.entry
     role = entry.role or ("signal" if entry.at else column.role) or "ignore"
@@ -478,7 +449,7 @@ def _resolve(column: Column, taken: list[str]) -> Column:
         raise InputError(f"{where}.at", at, "", f"{did_you_mean(at, PLACES)}, or {ELSEWHERE_EXAMPLE}")
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
-    kinds = (SIGNAL_DIMENSION[kind],) if kind else ROLES[role].dimensions  # of unit that it may have
+    kinds = (SIGNAL_DIMENSION[kind],) if kind else ROLES[role]  # of unit that it may have
     if not kinds:
         return replace(column, role=role, unit="", at="", asked="")
 
@@ -486,20 +457,14 @@ def _resolve(column: Column, taken: list[str]) -> Column:
     is_length = UNITS.get(column.stated_unit, ("",))[0] == "length"
     if role in ("yaw", "yaw_head") and entry.unit is None and is_length:  # a cylinder's stroke
         own, unit = UNITS[column.stated_unit][1], "rad"  # after entry.factor, 1/lever
-    usual, fitting = USUAL_UNITS[kinds[0]], [u for u in (column.stated_unit, column.unit) if u and u in UNITS]
-    fitting = [u for u in fitting if UNITS[u][0] in kinds and (column.is_certain or entry.axis is None)]
     if unit is not None:
         unit = unit_of(unit, kinds, f"{where}.unit")
-    elif fitting:
-        unit = fitting[0]
-    elif entry.axis is not None or kinds == ("number",):  # of pixels no unit can be guessed
-        unit = "m" if entry.role == "travel" else usual
-    elif not (ROLES[role].units or column.stated_unit):
-        unit = usual
-    elif column.stated_unit or column.role == role:
-        unit = ""
-    else:
-        unit = _only_unit(column, TILT if kinds == ("angle",) and role == "signal" else ROLES[role])[0]
+    elif column.stated_unit in UNITS and UNITS[column.stated_unit][0] in kinds and column.stated_unit:
+        unit = column.stated_unit
+    elif entry.axis is not None:  # marks of an axis
+        unit = "m" if entry.role == "travel" else USUAL_UNITS[kinds[0]]
+    else:  # rates are mm per m, as steady.csv has them
+        unit = "1" if kinds == ("number",) else "mm/m" if "rate" in role and not column.stated_unit else ""
 
     signal = ""
     if role == "signal":  # y1 to y4 and tilt by place; a second one of a place gets a letter
@@ -611,7 +576,7 @@ def _open_questions(column: Column, table: LoggedTable) -> Iterator[Question]:
     if column.is_lost and not entry.role:
         yield ask("texts", cell=quote(next(filter(None, column.labels))), **words)
     kind = kind_at(column.at)
-    kinds = (SIGNAL_DIMENSION[kind],) if kind else ROLES[column.role].dimensions
+    kinds = (SIGNAL_DIMENSION[kind],) if kind else ROLES[column.role]
     if kinds and not column.unit:
         there = column.numbers
         words["numbers"] = f" ({there[0]:.6g} to {there[-1]:.6g})" if len(there) else ""

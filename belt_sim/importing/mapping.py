@@ -6,7 +6,7 @@ from collections.abc import Mapping as AnyMapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, Literal
 
 import numpy as np
 import yaml
@@ -22,37 +22,23 @@ DAY = 86400.0  # [s]
 MAPPING_FILE = "mapping.yaml"
 
 
-class Role(NamedTuple):
-    """What a column may be. dimensions: that its unit may have; units: tried in this order where the file states none,
-    until the largest of the numbers (or their range, if by_range) lies between low and high [SI]."""
-
-    dimensions: tuple[str, ...] = ()
-    units: tuple[str, ...] = ()
-    low: float = 0.0
-    high: float = 0.0
-    by_range: bool = False
-
-
-_YAW = Role(("angle",), ("deg", "mrad", "rad", "urad"), 2e-5, 0.02)
-_PLACE = Role(("length",), ("m", "mm"), 0.1, 1e3)
-ROLES = {
-    "run": Role(),
-    "time": Role(("time",), ("s", "ms", "us", "d"), 5.0, 2e5, by_range=True),
-    "travel": Role(("length",), ("m", "mm"), 2.0, 2e4, by_range=True),
-    "speed": Role(("speed",), ("m/s", "m/min", "mm/s"), 0.02, 12.0),
-    "tension": Role(("stress", "force", "line load"), ("N/mm2",), 1e6, 6e7),
-    "yaw": _YAW,
-    "yaw_head": _YAW,
-    "direction": Role(("number",)),
-    "yaw_at": _PLACE,
-    "start": _PLACE,
-    "y0": Role(("length",), ("mm",), 0.0, 10.0),
-    "signal": Role(("length", "angle"), ("mm", "m", "um"), 2e-5, 0.2, by_range=True),
-    **dict.fromkeys(("rate1", "rate2", "rate3", "rate4", "u_rate"), Role(("angle",))),
-    "ignore": Role(),
+#: what a column may be -> dimensions that its unit may have; () of one that has none
+ROLES: dict[str, tuple[str, ...]] = {
+    "run": (),
+    "time": ("time",),
+    "travel": ("length",),
+    "speed": ("speed",),
+    "tension": ("stress", "force", "line load"),
+    "yaw": ("angle",),
+    "yaw_head": ("angle",),
+    "direction": ("number",),
+    "yaw_at": ("length",),
+    "start": ("length",),
+    "y0": ("length",),
+    "signal": ("length", "angle"),
+    **dict.fromkeys(("rate1", "rate2", "rate3", "rate4", "u_rate"), ("angle",)),
+    "ignore": (),
 }
-#: a signal that is an angle
-TILT = Role(("angle",), ("mrad", "deg", "rad"), 2e-5, 0.5)
 
 # ---- the file
 

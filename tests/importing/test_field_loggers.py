@@ -130,7 +130,9 @@ def test_a_sensor_may_stand_inside_a_span(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text(table(["travel [m]", "y1 [mm]", "Kanal 7"], [L.travel, L.y1, L.y4]))
     for at in ({"span": "lower", "distance": "2.5 m"}, "lower_span at 2.5 m"):
-        proposal = understand(read([path]), MAPPING | {"all_runs": RUN, "columns": {"Kanal 7": {"at": at}}})
+        proposal = understand(
+            read([path]), MAPPING | {"all_runs": RUN, "columns": {"Kanal 7": {"at": at, "unit": "mm"}}}
+        )
         assert [s.at for s in proposal.complete().signals] == ["point_1", "lower_span at 2.5 m"]
     write(proposal, tmp_path / "out")
     assert read_campaign(tmp_path / "out").signals[1].at == "lower_span at 2.5 m"
@@ -207,14 +209,15 @@ def test_a_minus_of_typesetting_is_a_minus(tmp_path, minus):
     assert understand(read([path]), ignored).complete().runs[0].yaw == pytest.approx(np.deg2rad(-0.07))
 
 
-#: header of a signal, its unit in a row of units -> the unit taken, "?unit" for one that is asked for, "" for a guess
+#: header of a signal, its unit in a row of units -> the unit taken, "?unit" for one that is asked for, "?" where none
+#: is stated
 STATED = {
     "inch": ("Idler edge [in]", "", "in"), "mils": ("Edge tail (thou)", "", "mil"), "ft": ("Edge / ft", "", "ft"),
     "zoll": ("Kante in Zoll", "", "in"), "row": ("Kante", "in", "in"), "row_of_others": ("Kante", "V", "?V"),
     "kind": ("Edge [N]", "", "?N"), "no_name": ("Kanal 7 [cm]", "", "cm"), "second": ("Zeit 2 [mm]", "", "mm"),
     "volts": ("Edge [V]", "", "?V"), "parentheses": ("Edge (ells)", "", "?ells"), "by_in": ("Edge in ell", "", "?ell"),
-    "slash": ("Kante / Elle", "", "?Elle"), "place": ("Kante (oben)", "", ""), "remark": ("Edge (raw)", "", ""),
-    "sensor": ("Edge [CH 3]", "", ""), "number": ("Edge [2]", "", ""), "inward": ("Edge sensor in", "", ""),
+    "slash": ("Kante / Elle", "", "?Elle"), "place": ("Kante (oben)", "", "?"), "remark": ("Edge (raw)", "", "?"),
+    "sensor": ("Edge [CH 3]", "", "?"), "number": ("Edge [2]", "", "?"), "inward": ("Edge sensor in", "", "?"),
 }  # fmt: skip
 
 
@@ -229,24 +232,27 @@ def test_a_unit_that_is_stated_is_never_guessed(tmp_path, header, row, unit):
     )
     if unit.startswith("?"):
         assert [q.path for q in proposal.missing] == [("columns", name, "unit") for name in columns]
-        assert all(f"states {unit[1:]} as the unit" in q.text for q in proposal.missing)
+        said = f"states {unit[1:]} as the unit" if unit[1:] else "states no unit"
+        assert all(said in q.text for q in proposal.missing)
         assert yaml.safe_load(draft_text(proposal))["columns"][header]["unit"] is None
     else:
         assert proposal.missing == ()
-        assert all(u.unit == unit or (unit == "" and u.unit_is_guess) for u in proposal.columns[1:])
+        assert all(u.unit == unit for u in proposal.columns[1:])
 
 
-def test_a_unit_by_size_stays_a_guess(tmp_path):
+def test_a_unit_that_nobody_states_is_asked_for_whatever_the_size_of_the_numbers(tmp_path):
+    """Guard: numbers that would be likely in one unit only were once taken to be in it."""
     path, draft = tmp_path / "a.csv", tmp_path / "draft.yaml"
-    path.write_text(table(["travel [m]", "y1"], [L.travel, L.y1]))
+    path.write_text(table(["travel", "y1"], [L.travel, L.y1]))
     logged = read([path])
-    draft.write_text(draft_text(understand(logged, MAPPING | {"all_runs": RUN})))
-    assert "y1: {role: signal, at: point_1, name: y1}" in draft.read_text()
-    assert "#   y1: mm (its name; " in draft.read_text()
+    proposal = understand(logged, MAPPING | {"all_runs": RUN})
+    assert [q.key for q in proposal.missing] == ["columns.travel.unit", "columns.y1.unit"]
+    text = draft_text(proposal)
+    assert "y1: {role: signal, at: point_1, name: y1, unit: null}" in text
+    draft.write_text(text.replace("name: y1, unit: null", "name: y1, unit: mm").replace("unit: null", "unit: m"))
     again = understand(logged, draft)
-    assert [(u.why, u.sure) for u in again.columns] == [("the mapping", True), ("the mapping; mm is a guess", False)]
-    looked_at = understand(logged, MAPPING | {"all_runs": RUN, "columns": {"y1": {"unit": "mm"}}})
-    assert "guess" not in draft_text(looked_at) + looked_at.columns[1].why
+    assert again.complete().runs[0].travel[-1] == pytest.approx(L.travel[-1])
+    assert [(u.why, u.sure) for u in again.columns] == [("the mapping", True)] * 2
 
 
 @pytest.mark.parametrize("sign", [1, -1])

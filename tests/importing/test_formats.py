@@ -192,11 +192,11 @@ def test_yaw_and_tension_are_read_off_columns_and_the_record_may_begin_before_th
 def test_a_column_that_is_named_otherwise_is_asked_for_and_answered(tmp_path):
     (tmp_path / "a.csv").write_text(table(["Kanal 1", "Kanal 2"], [L.time, L.y1], ";", ","))
     logged = read([tmp_path / "a.csv"])
-    columns = {"Kanal 1": {"role": "time"}}
+    columns = {"Kanal 1": {"role": "time", "unit": "s"}}
     asked = [understand(logged, MAPPING | {"all_runs": RUN, "columns": c}).missing for c in ({}, columns)]
     assert [q.key for q in asked[0]] == ["columns.Kanal 1.role", "columns.Kanal 2.at"]
     assert [q.key for q in asked[1]] == ["columns.Kanal 2.at", "all_runs.speed"]
-    columns["Kanal 2"] = {"at": "point_1", "sign": -1}
+    columns["Kanal 2"] = {"at": "point_1", "unit": "mm", "sign": -1}
     answers = {"all_runs": RUN | {"speed": "30 m/min"}, "columns": columns}
     campaign = write(understand(logged, MAPPING | answers), tmp_path / "out")
     assert campaign.runs[0].travel[-1] == pytest.approx(L.travel[-1], abs=0.06)

@@ -65,7 +65,7 @@ FILES |= {
     "days_that_are_certain": (text({"time": [f"25:23:{58 + int(t) // 60:02d}:{int(t) % 60:02d}" for t in T]} | V | EDGE), {}),
     "hundredths_that_are_certain": (text({"time": [f"10:59:{int(t / 3):02d}:{int(100 * (t / 3)) % 100:02d}" for t in T], "speed [mm/s]": ["1500"] * 31} | EDGE), {}),
     "minutes_seconds_tenths": (text({"time": [f"{int(t) // 60:02d}:{t % 60:04.1f}" for t in T]} | V | EDGE), {}),
-    "serial_days": (text({"time": [f"{45424.99 + t / 86400:.9f}" for t in T]} | V | EDGE), {}),
+    "serial_days": (text({"time": [f"{45424.99 + t / 86400:.9f}" for t in T]} | V | EDGE), {"columns.time.unit": "d"}),
     "milliseconds": (text({"time": [f"{1e3 * t:.0f}" for t in T]} | V | EDGE), {"columns.time.unit": "ms"}),
     "epoch_milliseconds": (text({"time [ms]": [f"{1.7e12 + 1e3 * t:.0f}" for t in T]} | V | EDGE), {}),
     "thousands": (text(TRAVEL | {"edge 1 [um]": GROUPED}), {}),
