@@ -3,6 +3,7 @@
 from pathlib import Path
 from typing import Any
 
+from belt_sim.effects.load import load_effects
 from belt_sim.units import MM, N_PER_MM2
 from belt_sim.virtual_rig import make_campaign, write_blind
 from belt_sim.virtual_rig.plan import TEST_TENSIONS, TEST_YAWS, Noise, Plan, grid
@@ -44,7 +45,7 @@ SPACE_SAMPLES: dict[str, dict[str, Any]] = {
 def write_sample(name: str, folder: Path) -> str:
     """Measure one campaign and write it, replacing what is there; returns the SHA-256 of its truth."""
     if name in SPACE_SAMPLES:
-        campaign, truth = make_space_campaign(**SPACE_SAMPLES[name])
+        campaign, truth = make_space_campaign(load_effects, **SPACE_SAMPLES[name])
     else:
         given = dict(SAMPLES[name])
         tensions = [t * N_PER_MM2 for t in given.pop("tensions", ())] or TEST_TENSIONS

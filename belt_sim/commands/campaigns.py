@@ -175,9 +175,10 @@ def rig_command(run_dir: RunDir) -> None:
     elif folder.exists():
         raise InputError("out", folder, "", "exists already; choose another folder")
     else:
+        from belt_sim.effects.load import load_effects
         from belt_sim.virtual_rig.space import make_space_campaign
 
-        campaign, truth = make_space_campaign(hidden=hidden, seed=config["seed"], base=config["base"])
+        campaign, truth = make_space_campaign(load_effects, hidden=hidden, seed=config["seed"], base=config["base"])
     if config["out"]:
         digest = virtual_rig.write_blind(folder, campaign, truth)
     else:

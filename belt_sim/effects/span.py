@@ -329,7 +329,7 @@ class EdgeGuide(Effect):
         return (push, grip) if forward else (push[::-1], grip[::-1])
 
     def scene(self, parts, case):
-        x = float(case.rig.centre_distance) - float(jnp.clip(self.at, _NEAREST, case.rig.span_length - _NEAREST))
+        x = float(case.rig.centre_distance) - min(max(self.at, _NEAREST), float(case.rig.span_length) - _NEAREST)
         for span, stiffness in (("upper", self.stiffness), ("lower", self.stiffness_lower)):
             if stiffness > 0.0:
                 for side in (1.0, -1.0):

@@ -96,8 +96,6 @@ FAULT_HOOKS: dict[str, Callable[..., Any]] = {
     "edge": lambda f, place, s, line: 0.0,
     # what a sensor at ``place`` shows instead of ``value``, at true travel s; all shape (n, batch)
     "read": lambda f, value, place, s, line: value,
-    # the parts of a 3D scene changed, from travel 0 on: what the machine is, not a law
-    "scene": lambda f, parts, case: parts,
 }
 
 

@@ -1,6 +1,6 @@
 """Twins of the library's effects, a row each: the belt, its spans and loads; then the machine: yaw, pulleys, sensors.
 
-A row has the numbers of a fault, its hooks (``Fault``), and what it changes of a 3D scene.
+A row has the numbers of a fault and its hooks (``Fault``).
 """
 
 from collections.abc import Callable
@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.case import GRAVITY
 from belt_sim.virtual_rig.fault import (
     ANY_PHASE,
     ON_TAIL_PULLEY,
@@ -20,10 +19,7 @@ from belt_sim.virtual_rig.fault import (
     size,
     warm_up,
 )
-from belt_sim.virtual_rig.line import (
-    tilt_sensitivity,
-    unit_load,
-)
+from belt_sim.virtual_rig.line import tilt_sensitivity, unit_load
 
 # Hooks that many rows have.
 
@@ -31,11 +27,6 @@ from belt_sim.virtual_rig.line import (
 def adds(field: str, number: str) -> Callable:
     """The hook ``set`` that adds a number of the fault to a constant of the line."""
     return lambda f, line: replace(line, **{field: getattr(line, field) + getattr(f, number)})
-
-
-def on_pulley(pulley: str, part: str, number: str) -> Callable:
-    """The hook ``scene`` that adds a number of the fault to a part of a pulley."""
-    return lambda f, parts, case: parts.add_to_pulley(pulley, **{part: getattr(f, number)})
 
 
 def steady(load: Callable) -> Callable:
@@ -46,10 +37,20 @@ def steady(load: Callable) -> Callable:
 # The belt itself: natural curvature, weld, edge.
 
 
-def _warm_edge(f, width):
-    """The edge at +y is longer by 12 ppm a kelvin."""
-    camber: Any = CATALOGUE["camber"]
-    return camber(kappa_c=-12e-6 * f.difference / width)
+def _evenly_curved(curvature: Callable) -> dict[str, Any]:
+    """Hooks of a belt of the same natural curvature (fault, line) all along."""
+
+    def read(f, value, place, s, line):
+        if not place.endswith("mid_span"):
+            return value
+        tilt = tilt_sensitivity(line, place == "upper_mid_span").mean(axis=1)
+        return value + curvature(f, line) * (line.bending * line.span_length * tilt)
+
+    def turn(f, s, line, y, kappa):  # by Betti: what the span's shape does not take up
+        left = 1 - line.runup_sensitivity.mean(axis=1) * line.span_length
+        return np.broadcast_to(curvature(f, line) * left, kappa.shape)
+
+    return {"turn": turn, "read": read}
 
 
 _FRICTION = 0.15  # of belt on pulley, steel on steel at its least
@@ -97,17 +98,6 @@ def _weld_read(f, value, place, s, line):
     return value + f.angle * line.bending * _mean_curvature(behind, tilt_sensitivity(line, upper), line)
 
 
-def _weld_scene(f, parts, case):
-    around = float(case.rig.belt_length)
-
-    def camber(s):
-        off = (s - f.at + 0.5 * around) % around - 0.5 * around
-        bent = f.angle / _LENGTH * (1 + np.cos(2 * np.pi * off / _LENGTH))
-        return np.where(np.abs(off) < 0.5 * _LENGTH, bent, 0.0)
-
-    return parts.with_camber(camber) if f.angle else parts
-
-
 PROFILE_HARMONICS, PROFILE_DECAY = 40, 1.27
 FIRST_HARMONIC = 4e-4  # [m]: of the cosine and of the sine, together 0.57 mm
 STEEPEST_EDGE = 1e-2  # [m]: amplitude times harmonic, that is 3 mm/m of slope on a belt of 20 m
@@ -134,13 +124,6 @@ def _edge(f, place, s, line):
 _PLACE_ON_SPAN = between(0.5, 0.1, 0.9, grid=(0.15, 0.4, 0.6, 0.85))
 
 
-def _drag_scene(f, parts, case):
-    """The drag itself, against the travel at one edge: on the middle of the belt, and the couple to the edge."""
-    half, travel = 0.5 * float(case.belt.width), float(case.settings.direction) * (1.0 if f.above else -1.0)
-    span, x = "upper" if f.above else "lower", f.place * float(case.rig.centre_distance)
-    return parts.with_push(span=span, x=x, along=-abs(f.moment) / half * travel, couple=f.moment * travel)
-
-
 def _guide_push(f, s, line, load, free, kept):
     """The roller and the span give way together: k (|y| - gap) back towards the middle, as far as friction of the half
     turn bears it: the push itself, and what it bends the belt by where it leaves its pulley, b/4 on average of it."""
@@ -148,15 +131,6 @@ def _guide_push(f, s, line, load, free, kept):
     beyond, held = np.maximum(np.abs(free) - f.gap, 0.0), _FRICTION * np.pi * line.force
     held = np.minimum(held, held * line.width / 4 / (line.bending * np.abs(load.run_off)))
     return -np.sign(free) * np.minimum(k * beyond / (1 + k * load.give), held), kept
-
-
-def _guide_scene(f, parts, case):
-    """As lines beside the spans; equal pulleys are taken for the place along the machine."""
-    x = float(case.rig.centre_distance) - f.at
-    for span, stiffness in (("upper", f.stiffness), ("lower", f.stiffness_lower)):
-        for side in (1.0, -1.0) if stiffness else ():
-            parts = parts.with_guide(span=span, x=x, gap=f.gap, side=side, stiffness=stiffness)
-    return parts
 
 
 def _askew(f, s, line):
@@ -183,26 +157,12 @@ _TABLE: dict[str, dict[str, Any]] = {
     "camber": {
         "words": "The belt is curved in its plane by nature.",
         "kappa_c": size("1/m", 2e-5, 1e-3),
-        "turn": lambda f, s, line, y, kappa: np.broadcast_to(  # by Betti: what the span's shape does not take up
-            f.kappa_c * (1 - line.runup_sensitivity.mean(axis=1) * line.span_length), kappa.shape
-        ),
-        "read": lambda f, value, place, s, line: (
-            value
-            + f.kappa_c
-            * (line.bending * line.span_length * tilt_sensitivity(line, place == "upper_mid_span").mean(axis=1))
-            if place.endswith("mid_span")
-            else value
-        ),
-        "scene": lambda f, parts, case: (
-            parts.with_camber(lambda s: np.full(np.shape(s), f.kappa_c)) if f.kappa_c else parts
-        ),
+        **_evenly_curved(lambda f, line: f.kappa_c),
     },
     "temperature_difference": {
         "words": "The edge at +y is warmer, and longer: the belt is curved towards the colder edge.",
         "difference": size("K", 0.3, 15.0),
-        "turn": lambda f, s, line, y, kappa: _warm_edge(f, line.width).turn(s, line, y, kappa),
-        "read": lambda f, value, place, s, line: _warm_edge(f, line.width).read(value, place, s, line),
-        "scene": lambda f, parts, case: _warm_edge(f, float(case.belt.width)).scene(parts, case),
+        **_evenly_curved(lambda f, line: -12e-6 * f.difference / line.width),  # 12 ppm a kelvin
     },
     "flatness": {
         "words": "Residual stress of the strip, amplitude (1 - 12 y^2/b^2) across its width; positive: long edges.",
@@ -215,7 +175,6 @@ _TABLE: dict[str, dict[str, Any]] = {
         "at": between(5.64, 0.0, 1.0, "belt_length", [k / 8 for k in range(8)]),
         "turn": _weld_turn,
         "read": _weld_read,
-        "scene": _weld_scene,
     },
     "edge_profile": {
         "words": "The belt's edge is not straight: y + e(m) - e(m when the yaw was applied), m the part of the belt; "
@@ -231,13 +190,11 @@ _TABLE: dict[str, dict[str, Any]] = {
     },
     "sag_roll": {
         "words": "The sagging belt tilts instead of bending in its plane: 1 makes a flat strip the strip. The base has "
-        "none of it (beam_th2) or all (strip), and the fault adds ``strength`` to it. In the scene, where a "
-        "belt tilts because it hangs, it is a share of its weight: a belt of base beam_th2 has none until this fault.",
+        "none of it (beam_th2) or all (strip), and the fault adds ``strength`` to it.",
         "fixed": True,
         "part_of": ("strip",),
         "strength": size("1", 1.0, 1.5),
         "set": adds("sag_roll", "strength"),
-        "scene": lambda f, parts, case: replace(parts, gravity=parts.gravity + f.strength * GRAVITY),
     },
     # Loads beside the pulleys: idlers, scrapers, guides, weight.
     "idler_skew": {
@@ -246,12 +203,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "force": size("N", 0.2, 50.0),
         "place": _PLACE_ON_SPAN,
         "loads": lambda f, line: (unit_load(line, f.above, "force", f.place),),
-        "push": lambda f, s, line, load, free, kept: (f.force * line.direction, kept),
-        "scene": lambda f, parts, case: parts.with_push(
-            span="upper" if f.above else "lower",
-            x=f.place * float(case.rig.centre_distance),
-            across=f.force * float(case.settings.direction),
-        ),
+        "push": steady(lambda f, s, line: f.force * line.direction),
     },
     "side_drag": {
         "words": "A scraper drags on one edge of the upper span: a couple about the vertical, positive for the edge "
@@ -261,7 +213,6 @@ _TABLE: dict[str, dict[str, Any]] = {
         "place": _PLACE_ON_SPAN,
         "loads": lambda f, line: (unit_load(line, f.above, "couple", f.place),),
         "push": steady(lambda f, s, line: f.moment),
-        "scene": _drag_scene,
     },
     "off_centre_load": {
         "words": "A load beside the middle of the upper span rolls it, y > 0 down; a belt that cannot roll stays.",
@@ -270,11 +221,6 @@ _TABLE: dict[str, dict[str, Any]] = {
         "moment": size("N", 2e-3, 1.0),
         "loads": lambda f, line: (unit_load(line, f.above, "spread_roll"),),
         "push": steady(lambda f, s, line: -f.moment),
-        "scene": lambda f, parts, case: (
-            replace(parts, roll=parts.roll - f.moment)
-            if f.above
-            else replace(parts, roll_lower=parts.roll_lower - f.moment)
-        ),
     },
     "edge_guide": {
         "words": "Rollers on both sides of a span, ``at`` from the tail: elastic stops ``gap`` off the belt's edges.",
@@ -286,30 +232,23 @@ _TABLE: dict[str, dict[str, Any]] = {
             unit_load(line, upper, "force", 1 - f.at / line.span_length) for upper in (True, False)
         ),
         "push": _guide_push,
-        "scene": _guide_scene,
     },
     "machine_tilt": {
         "words": "The machine leans about its long axis: a share of the weight, q angle, pulls both spans towards +y.",
         "angle": size("rad", 2e-3, 0.05),
         "loads": lambda f, line: tuple(unit_load(line, upper, "spread_force") for upper in (True, False)),
-        "push": lambda f, s, line, load, free, kept: (
-            f.angle * (line.density * line.gravity * line.width * line.thickness),
-            kept,
-        ),
-        "scene": lambda f, parts, case: replace(parts, lean=parts.lean + f.angle),
+        "push": steady(lambda f, s, line: f.angle * (line.density * line.gravity * line.width * line.thickness)),
     },
     # Yaw of the pulleys: set, offset, drifting, yielding.
     "yaw_offset_tail": {
         "words": "The tail pulley stands at beta_0 when zero is commanded.",
         "beta_0": size("rad", 1e-4, 2e-3),
         "set": adds("offset_tail", "beta_0"),
-        "scene": on_pulley("tail", "yaw_offset", "beta_0"),
     },
     "yaw_offset_head": {
         "words": "The head pulley stands at beta_0 when zero is commanded.",
         "beta_0": size("rad", 1e-4, 2e-3),
         "set": adds("offset_head", "beta_0"),
-        "scene": on_pulley("head", "yaw_offset", "beta_0"),
     },
     "yaw_backlash": {
         "words": "The tail pulley follows its command through a play of +-half, from the middle of the play.",
@@ -320,7 +259,6 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The tail's bearings yield to moments and pull: yaw beta - c_m (M_1 + M_2 - F (y_1 + y_2)).",
         "c_m": size("rad/(N m)", 5e-6, 5e-5, positive=True),
         "set": adds("compliance", "c_m"),
-        "scene": on_pulley("tail", "yaw_compliance", "c_m"),
     },
     "yaw_drift": {
         "words": "The machine warms up: the tail pulley turns by rate tau (1 - exp(-t/tau)), t since travel 0.",
@@ -332,24 +270,17 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The tensioners pull unequally on both sides: the tail turns in proportion to the belt's force.",
         "yaw_per_force": size("rad/N", 1e-7, 2e-6),
         "yaw": lambda f, s, line: f.yaw_per_force * line.force,
-        "scene": lambda f, parts, case: parts.add_to_pulley(
-            "tail", yaw_offset=f.yaw_per_force * float(case.settings.tension * case.belt.area)
-        ),
     },
     # Shape and mounting of the pulleys.
     "taper": {
         "words": "The tail pulley is a cone: (dR/dy)/R = kappa_t turns the stuck belt, dtheta/ds = -(kappa + kappa_t).",
         "kappa_t": size("1/m", 2e-5, 1e-3),
         "turn": lambda f, s, line, y, kappa: f.kappa_t * ON_TAIL_PULLEY,
-        "scene": on_pulley("tail", "taper", "kappa_t"),
     },
     "thickness_wedge": {
         "words": "The belt is thicker towards +y: its middle runs on the pulley's radius and half of it below, a cone.",
         "slope": size("1", 7e-6, 1e-4),
         "turn": lambda f, s, line, y, kappa: 0.5 * f.slope / np.stack([line.tail_radius, line.head_radius]),
-        "scene": lambda f, parts, case: parts.add_to_pulley(
-            "tail", taper=0.5 * f.slope / float(case.rig.tail_radius)
-        ).add_to_pulley("head", taper=0.5 * f.slope / float(case.rig.head_radius)),
     },
     "taper_drift": {
         "words": "The tail grows a taper as it warms up: kappa_t = rate tau (1 - exp(-t/tau)), t since travel 0.",
@@ -366,15 +297,11 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The tail pulley is thicker in its middle: a taper -c y.",
         "c": size("1/m2", 5e-3, 0.5),
         "turn": lambda f, s, line, y, kappa: -f.c * y * ON_TAIL_PULLEY,
-        "scene": on_pulley("tail", "crown", "c"),
     },
     "pulley_deflection": {
         "words": "Both pulleys bend under the pull as beams do: at y each is yawed by compliance F y, the ends apart.",
         "compliance": size("1/(N m)", 1e-6, 5e-6, positive=True),
         "set": adds("deflection", "compliance"),
-        "scene": lambda f, parts, case: parts.add_to_pulley(
-            "head", bow=-f.compliance * float(case.settings.tension * case.belt.area)
-        ).add_to_pulley("tail", bow=f.compliance * float(case.settings.tension * case.belt.area)),
     },
     "cant": {
         "words": "The tail's axis rises by gamma towards +y: it shifts the belt on its wrap and rolls the spans.",
@@ -382,7 +309,6 @@ _TABLE: dict[str, dict[str, Any]] = {
         "set": adds("cant", "gamma"),
         "loads": lambda f, line: tuple(unit_load(line, upper, "roll_at_tail") for upper in (True, False)),
         "push": steady(lambda f, s, line: f.gamma),
-        "scene": on_pulley("tail", "cant", "gamma"),
     },
     # The tail pulley sits askew on its shaft: its axis describes a cone of half angle beta_1 about the bearings' axis.
     # Put the cylinder's axis through the pulley's middle, turned from the shaft's by beta_1 towards the material angle
@@ -401,11 +327,6 @@ _TABLE: dict[str, dict[str, Any]] = {
         "loads": lambda f, line: tuple(unit_load(line, upper, "roll_at_tail") for upper in (True, False)),
         "push": steady(lambda f, s, line: line.direction * f.beta_1 * np.sin(_askew(f, s, line))),
         "initial_state": _askew_at_first,
-        "scene": lambda f, parts, case: (  # it counts the turn from head to tail on top, not along the travel
-            parts.with_pulley("tail", wobble=f.beta_1, wobble_phase=f.phase * float(case.settings.direction))
-            if f.beta_1
-            else parts
-        ),
     },
     # How the pulleys hold the belt: friction, cover, film, bending layer.
     "slip": {
@@ -413,9 +334,6 @@ _TABLE: dict[str, dict[str, Any]] = {
         "yaw the run-ups let go once, and the run-offs let go all the time (march.py).",
         "inverse_friction": size("1", 1 / _FRICTION, 20.0, positive=True),
         "set": lambda f, line: replace(line, slippery=np.maximum(line.slippery, f.inverse_friction)),
-        "scene": lambda f, parts, case: replace(
-            parts, friction=min(parts.friction, 1 / f.inverse_friction if f.inverse_friction else np.inf)
-        ),
     },
     "soft_cover": {
         "words": "Both pulleys yield under the entry moment M: dtheta/ds = -(kappa + c M).",

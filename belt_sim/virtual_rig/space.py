@@ -1,12 +1,17 @@
-"""A campaign measured on the three-dimensional belt: what is hidden is geometry, friction or gravity in the scene."""
+"""A campaign measured on the three-dimensional belt: what is hidden is geometry, friction or gravity in the scene.
+
+The scene is of no law, so that the effect of the same name changes it by its own ``scene``. The rig imports none: who
+asks for a campaign says how effects are made (``belt_sim.effects.load.load_effects``).
+"""
 
 import math
 import multiprocessing
 import secrets
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,8 +24,8 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.show.observers import progress
 from belt_sim.space.options import Options, accurate_speed, refuse_sliding_limp
 from belt_sim.units import N_PER_MM2
-from belt_sim.virtual_rig.fault import Fault, has_hook
-from belt_sim.virtual_rig.hidden import CATALOGUE, HiddenFaults, specified_hidden
+from belt_sim.virtual_rig.fault import Fault
+from belt_sim.virtual_rig.hidden import HiddenFaults, specified_hidden
 from belt_sim.virtual_rig.make import BASES, Truth, build_campaign, check_base, check_seed, describe_truth
 from belt_sim.virtual_rig.march import TrueErrors, add_noise, draw_errors, true_machine
 from belt_sim.virtual_rig.plan import Noise, Plan, grid
@@ -83,18 +88,31 @@ _POINTS = {f"point_{k + 1}": k for k in range(4)}
 _TILTS = {"upper_mid_span": 0, "lower_mid_span": 1}
 
 
+#: what can be hidden in the scene: its weight, and effects that have a ``scene``
+WEIGHT = "sag_roll"
+IN_SCENE = (
+    *("camber", "cant", "crown", "edge_guide", "flatness", "idler_skew", "idler_skew_lower", "lift_off"),
+    *("machine_tilt", "off_centre_load", "off_centre_load_lower", "pulley_deflection", WEIGHT, "side_drag"),
+    *("side_drag_lower", "slip", "taper", "temperature_difference", "thickness_wedge", "unequal_tension", "weld"),
+    *("wobble", "yaw_compliance", "yaw_offset_head", "yaw_offset_tail"),
+)
+#: (entries {id, numbers}) -> effects
+EffectLoader = Callable[[list[dict[str, Any]]], Sequence[Any]]
+
+
 @dataclass(frozen=True)
 class SceneRun:
     """One run in the scene, as a worker process takes it."""
 
     case: Case
-    faults: tuple[Fault, ...]
+    effects: tuple[Any, ...]
     options: Options
     travel: float
     engine: str = "native"
 
 
 def make_space_campaign(
+    load: EffectLoader,
     *,
     hidden: HiddenFaults | Sequence[str | dict] = (),
     seed: int | None = None,
@@ -109,29 +127,31 @@ def make_space_campaign(
 ) -> tuple[Campaign, Truth]:
     """Measure the plan on the 3D belt; the same seed and machine give the same campaign.
 
-    hidden: ids, or dictionaries {"id", parameters in SI}, or as drawn; base: the law that the campaign is meant for,
-    strip unless stated, or beam_th2: a belt without weight, which sag_roll makes heavy; name: of the plan; workers:
-    processes, one a core; engine: quasi_static or native, by default quasi_static where it can do what is hidden.
+    load: makes the effects of what is hidden; hidden: ids, or dictionaries {"id", parameters in SI}, or as drawn; base:
+    the law that the campaign is meant for, strip unless stated, or beam_th2: a belt without weight, which sag_roll
+    makes heavy; name: of the plan; workers: processes, one a core; engine: quasi_static or native, by default
+    quasi_static where it can do what is hidden.
     """
     what = hidden if isinstance(hidden, HiddenFaults) else specified_hidden(hidden, None)
     for fault in what.faults:
-        if not has_hook(fault, "scene"):
-            those = ", ".join(name for name, cls in CATALOGUE.items() if has_hook(cls, "scene"))
-            raise InputError("hidden", fault.id, "", f"has no scene; use one of {those}, or engine=line")
+        if fault.id not in IN_SCENE:
+            remedy = f"has no scene; use one of {', '.join(IN_SCENE)}, or engine=line"
+            raise InputError("hidden", fault.id, "", remedy)
+    effects = scene_effects(load, what.faults)
     usual = (b for b in reversed(BASES) if not any(b in f.part_of for f in what.faults))
     base = check_base(base or next(usual), what.faults)
     plan = plan or space_plan()
     seed = secrets.randbits(63) if seed is None else check_seed(seed)
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
     errors = draw_errors(plan, sensors, streams[0])
-    cases = true_cases(plan, base, errors)
+    cases = true_cases(plan, base, errors, what.faults)
     if not engine:  # quasi_static is many times faster, where it can do what the faults make of the scene
         engine = "quasi_static"
         try:
-            refuse_sliding_limp("flex", options, scene_parts(cases[0], what.faults, options))
+            refuse_sliding_limp("flex", options, scene_parts(cases[0], effects, options))
         except CannotRepresent:
             engine = "native"
-    curves = measure([SceneRun(c, what.faults, options, plan.length, engine) for c in cases], workers)
+    curves = measure([SceneRun(c, effects, options, plan.length, engine) for c in cases], workers)
     readings = take_readings(plan, curves)
     readings = add_noise(readings, plan.travel, sensors.sheets(plan), sensors, streams[1])
     stated_noise, words = with_simulator_error(sensors, engine)
@@ -139,9 +159,22 @@ def make_space_campaign(
     return campaign, describe_truth(seed, base, what, sensors, errors, None, streams[2].bytes(_SALT_BYTES).hex(), name)
 
 
-def true_cases(plan: Plan, base: str, errors: TrueErrors) -> list[Case]:
-    """The runs of a plan as they really are; a belt of base beam_th2 has no weight."""
-    rig, belt = true_machine(plan, errors, GRAVITY if base == "strip" else 0.0)
+def scene_effects(load: EffectLoader, faults: Sequence[Fault]) -> tuple[Any, ...]:
+    """The effects that change the scene as faults say."""
+    entries = []
+    for fault in faults:
+        numbers = dict(vars(fault))
+        if fault.id == "wobble":  # one size here; there a cosine and a sine, by where the pulley turns forwards
+            size, phase = numbers["beta_1"], numbers["phase"]
+            numbers = {"beta_cos": size * math.cos(phase), "beta_sin": -size * math.sin(phase)}
+        entries += [{"id": fault.id, **numbers}] if fault.id != WEIGHT else []
+    return tuple(load(entries))
+
+
+def true_cases(plan: Plan, base: str, errors: TrueErrors, faults: Sequence[Fault] = ()) -> list[Case]:
+    """The runs of a plan as they really are; a belt of base beam_th2 weighs what a fault says, nothing without one."""
+    weight = float(base == "strip") + sum(vars(f)["strength"] for f in faults if f.id == WEIGHT)
+    rig, belt = true_machine(plan, errors, weight * GRAVITY)
     runs = len(plan.runs)
     relative, turned = np.broadcast_to(errors.tension_rel, runs), np.broadcast_to(errors.yaw, runs)
     return [
@@ -178,17 +211,17 @@ def measure(runs: Sequence[SceneRun], workers: int | None = None) -> list[Curves
     return found
 
 
-def scene_parts(case: Case, faults: Sequence[Fault], options: Options) -> SceneParts:
-    """The scene as the faults leave it."""
+def scene_parts(case: Case, effects: Sequence[Any], options: Options) -> SceneParts:
+    """The scene as the effects leave it."""
     parts = SceneParts.from_case(case, options.friction)
-    for fault in faults:
-        parts = fault.scene(parts, case)
+    for effect in effects:
+        parts = effect.scene(parts, case)
     return parts
 
 
 def run_scene(run: SceneRun) -> Curves:
-    """One run in the scene as the faults leave it, at the speed that the setting states (no inertia)."""
-    parts, travel = scene_parts(run.case, run.faults, run.options), run.travel + 2 * run.options.sample
+    """One run in the scene as the effects leave it, at the speed that the setting states (no inertia)."""
+    parts, travel = scene_parts(run.case, run.effects, run.options), run.travel + 2 * run.options.sample
     if run.engine == "quasi_static":
         from belt_sim.space.quasi_static import simulate as equilibria
 

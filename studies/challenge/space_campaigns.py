@@ -3,6 +3,7 @@
 import numpy as np
 
 from belt_sim.campaign import Campaign
+from belt_sim.effects.load import load_effects
 from belt_sim.space import Options
 from belt_sim.virtual_rig.hidden import LIBRARY_SIZES, Detectability, HiddenFaults, random_fault, scale_to_size
 from belt_sim.virtual_rig.make import Truth, check_seed
@@ -63,6 +64,7 @@ def random_space_campaign(seed: int, *, options: Options = OPTIONS, workers: int
     """One campaign of the 3D belt; the same seed and machine make the same. Takes a minute, or five with friction."""
     base, hidden = space_setting(seed)
     return make_space_campaign(
+        load_effects,
         hidden=hidden,
         seed=seed,
         base=base,

@@ -12,11 +12,10 @@ import pytest
 from belt_sim.campaign import read_campaign
 from belt_sim.io import CAMPAIGNS
 from belt_sim.virtual_rig import reveal
-from belt_sim.virtual_rig.fault import has_hook
 from belt_sim.virtual_rig.hidden import fault_from_spec
 from belt_sim.virtual_rig.make import check_base
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
-from belt_sim.virtual_rig.space import OWN_ERROR, SENSORS, space_plan, with_simulator_error
+from belt_sim.virtual_rig.space import IN_SCENE, OWN_ERROR, SENSORS, space_plan, with_simulator_error
 from studies.challenge.space_campaigns import SETTINGS, space_setting
 from studies.samples import SPACE_SAMPLES
 
@@ -87,5 +86,5 @@ def test_settings_by_lot_meet_every_fault_once_and_come_again():
     assert sorted(f.id for _, h in drawn for f in h.faults) == sorted(filter(None, SETTINGS))
     for base, hidden in drawn:
         check_base(base, hidden.faults)
-        assert all(has_hook(f, "scene") for f in hidden.faults)
+        assert all(f.id in IN_SCENE for f in hidden.faults)
         assert all(d > 3 for d in hidden.sizes)

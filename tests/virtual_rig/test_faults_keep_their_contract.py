@@ -5,16 +5,14 @@ import pytest
 from virtual_bench import YAW, plan_of, steps_a_wrap
 
 from belt_sim.effects.base import library
-from belt_sim.scene_parts import SceneParts
-from belt_sim.virtual_rig.fault import has_hook
+from belt_sim.line.hooks import overrides
 from belt_sim.virtual_rig.hidden import CATALOGUE, RANDOM_LIBRARY, UNMODELLED
 from belt_sim.virtual_rig.make import BASES
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan, RunSetting
-from belt_sim.virtual_rig.space import true_cases
+from belt_sim.virtual_rig.space import IN_SCENE, WEIGHT
 
 FAULTS = CATALOGUE | UNMODELLED
-SCENE = {name: cls for name, cls in FAULTS.items() if has_hook(cls, "scene")}
 #: Slack and fast, either way round, with the yaw applied late.
 PLAN = plan_of(
     *(RunSetting(tension=7e6, yaw=YAW, speed=5.0, direction=d, yaw_at=1.0) for d in (1.0, -1.0)),
@@ -40,16 +38,6 @@ def typical(cls, **more):
     return cls(**{name: size.typical for name, size in cls.sizes.items()}, **more)
 
 
-def disturbed_parts() -> list[SceneParts]:
-    """Scenes with and without weight, and one in which everything is off already."""
-    cases = [true_cases(PLAN, base, TrueErrors())[0] for base in BASES]
-    off = SceneParts.from_case(cases[0]).with_camber(np.cos)
-    shaped = {"taper": 1e-4, "crown": 0.1, "cant": 1e-3, "yaw_offset": 1e-4, "yaw_compliance": 1e-6}
-    for pulley in ("head", "tail"):
-        off = off.with_pulley(pulley, wobble=1e-3, wobble_phase=1.0, **shaped)
-    return [*(SceneParts.from_case(case) for case in cases), off]
-
-
 def test_their_sizes_are_a_machines():
     for name, cls in FAULTS.items():
         assert cls.sizes, name
@@ -65,6 +53,10 @@ def test_the_catalogue_holds_twins_of_effects_and_unmodelled_faults_have_none():
     effects = set(library())
     assert set(CATALOGUE) <= effects
     assert not set(UNMODELLED) & effects
+
+
+def test_what_can_be_hidden_in_3d_is_what_has_a_scene():
+    assert {WEIGHT, *(name for name in CATALOGUE if overrides(library()[name], ("scene",)))} == {*IN_SCENE}
 
 
 @pytest.mark.parametrize("name", CATALOGUE)
@@ -88,34 +80,8 @@ def test_at_null_nothing_changes_bit_for_bit(clean):
         pytest.fail(f"not null: {[n for n, cls in FAULTS.items() if not np.array_equal(readings(cls()), clean)]}")
 
 
-@pytest.mark.parametrize("name", SCENE)
-def test_at_null_the_scene_is_as_it_was(name):
-    case = true_cases(PLAN, "strip", TrueErrors())[0]
-    for parts in disturbed_parts():
-        assert SCENE[name]().scene(parts, case) == parts
-
-
 def test_at_their_typical_sizes_all_show(clean):
     """By half the white noise of one reading [m], on a belt that tilts."""
     seen = {name: readings(typical(cls), bases=["strip"])[0] for name, cls in FAULTS.items()}
     largest = {name: np.abs(shown - clean[BASES.index("strip")])[:4].max() for name, shown in seen.items()}
     assert [name for name, most in largest.items() if most <= 10e-6] == []
-
-
-@pytest.mark.parametrize("name", SCENE)
-def test_the_scene_is_changed_too_and_twice_is_more(name):
-    """Faults add up, as on the line; of two frictions the smaller holds the belt, and a pulley has one wobble."""
-    case = true_cases(PLAN, "strip", TrueErrors())[0]
-    plain = SceneParts.from_case(case)
-    once = typical(SCENE[name]).scene(plain, case)
-    twice = typical(SCENE[name]).scene(once, case)
-    assert felt(once) != felt(plain)
-    assert (felt(twice) != felt(once)) != (name in ("slip", "wobble"))
-
-
-def felt(parts: SceneParts) -> list:
-    """The parts as the belt feels them, the camber by where it bends."""
-    guides = [vars(g) for g in (*parts.edge_guides, *parts.pushes)]
-    camber = None if parts.camber is None else parts.camber(np.linspace(0.0, 25.0, 501)).tolist()
-    loads = [parts.lean, parts.roll, parts.roll_lower, guides]
-    return [parts.head, parts.tail, parts.gravity, parts.friction, camber, loads]
