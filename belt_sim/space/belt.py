@@ -17,9 +17,8 @@ from belt_sim.case import Case, pytree
 from belt_sim.case import Numbers as Array
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.elastic import SlidingStiffness, Ties, TwistStiffness, read_sliding_stiffness
-from belt_sim.space.loop import sink_chords
 from belt_sim.space.options import is_limp
-from belt_sim.space.scene import Mesh, SceneLayout, calibrate, membrane_law
+from belt_sim.space.scene import Mesh, SceneLayout, calibrate, membrane_law, sink_chords
 
 
 class ActiveFeatures(NamedTuple):

@@ -13,8 +13,7 @@ from belt_sim.case import Numbers as Array
 from belt_sim.jax_setup import jit_float64
 from belt_sim.space import wrap as on_pulley
 from belt_sim.space.belt import BeltArrays
-from belt_sim.space.block_tridiagonal import Level, factorise
-from belt_sim.space.elastic import stretch_energy, twist_energy
+from belt_sim.space.elastic import Level, factorise, stretch_energy, twist_energy
 from belt_sim.space.options import COMPLIANCE_TIME, FURTHEST_KINK, KINK_STATIONS, TAIL_DAMPING_RATIO
 from belt_sim.space.run import Command, reading
 from belt_sim.space.scene import HEAD_SPIN, HEAD_YAW, STATION_JOINTS, TAIL_SLIDE, TAIL_SPIN, TAIL_YAW, SceneLayout
@@ -36,7 +35,7 @@ def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
     wraps = WrapArrays(first, last, r, y, angle, np.zeros((2, mesh.stations)), np.zeros((2, 2)))
     layer = None if belt.fibres is None else np.zeros((2, 2, mesh.lines, 2))
     turned = -float(np.sign(float(scene.case.settings.direction))) * scene.early / belt.surfaces.radius
-    centre = np.array([[0.0, 0.0, 0.0], [scene.loop.centre_distance, 0.0, 0.0]])
+    centre = np.array([[0.0, 0.0, 0.0], [float(scene.case.rig.centre_distance), 0.0, 0.0]])
     pulleys = BeltOnPulley(
         wraps, belt.surfaces, PoseArrays(centre, np.stack([np.eye(3)] * 2), turned, np.zeros(2)), layer
     )

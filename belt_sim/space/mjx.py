@@ -33,8 +33,7 @@ from belt_sim.space.belt import (
     guide_forces,
     load_forces,
 )
-from belt_sim.space.block_tridiagonal import solve_chain
-from belt_sim.space.loop import smoothstep, stations_of
+from belt_sim.space.elastic import solve_chain
 from belt_sim.space.mujoco_interface import compile_model
 from belt_sim.space.options import HOLD_STIFFNESS, RUNAWAY, Options, fit_options, is_limp, refuse_unobeyed
 from belt_sim.space.scene import (
@@ -48,7 +47,9 @@ from belt_sim.space.scene import (
     build_scene,
     laid_coordinates,
     lay_out,
+    smoothstep,
     station_mass,
+    stations_of,
 )
 from belt_sim.space.wrap import HEAD, TAIL, BeltOnPulley, SlipState, sink_wraps
 

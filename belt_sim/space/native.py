@@ -22,11 +22,10 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.space import chain, run, wrap
 from belt_sim.space.belt import BeltArrays, active_features, belt_arrays, guide_forces, load_forces
 from belt_sim.space.elastic import twist_energy
-from belt_sim.space.loop import smoothstep
 from belt_sim.space.mujoco_interface import Motion, Solver, compile_model, mjcf, silence_expected_warnings
 from belt_sim.space.options import BELTS, CONTACTS, HOLD_STIFFNESS, Options, fit_options, refuse_sliding_limp
 from belt_sim.space.rolling_contact import ContactRun, Edited
-from belt_sim.space.scene import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates, tie_lengths
+from belt_sim.space.scene import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates, smoothstep, tie_lengths
 from belt_sim.space.wrap import TAIL
 
 

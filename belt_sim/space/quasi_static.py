@@ -20,7 +20,7 @@ from belt_sim.jax_setup import in_float64
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space import chain, run, wrap
 from belt_sim.space.belt import ActiveFeatures, BeltArrays, belt_arrays, guide_forces, load_forces
-from belt_sim.space.block_tridiagonal import Level, solve_chain
+from belt_sim.space.elastic import Level, solve_chain
 from belt_sim.space.options import COMPLIANCE_TIME, LAYER_TIME, SPAN_TIME, Options, fit_options, refuse_sliding_limp
 from belt_sim.space.scene import lay_out
 from belt_sim.space.wrap import TAIL

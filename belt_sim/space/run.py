@@ -20,9 +20,8 @@ from belt_sim.errors import InputError, SimulationError
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.belt import ActiveFeatures, BeltArrays, active_features
 from belt_sim.space.elastic import strains
-from belt_sim.space.loop import smoothstep
 from belt_sim.space.options import AXIS_STATIONS, MOST_CHORDS, REST_DRAG, RUNAWAY, RUNUP_LINKS, Options
-from belt_sim.space.scene import SceneLayout
+from belt_sim.space.scene import SceneLayout, smoothstep
 from belt_sim.space.wrap import HEAD, TAIL
 
 

@@ -1,5 +1,7 @@
 """A case as a scene: its belt laid round the pulleys as n stations of m nodes, what ties the nodes, and its MJCF.
 
+The loaded belt at rest comes first: stations at equal chords round two pulleys and along two hanging spans.
+
 Each node is a small body on three slides. Three belts: a chain of particles (rope), a grid of particles tied by bonds
 (paper Fig. 19), a membrane of flex triangles. Grid and membrane are as wide as bends like the real strip:
 studies/notes/three_dimensions.md derives how. The head pulley is driven, the tail pulley is free on its slide and its
@@ -10,18 +12,220 @@ import itertools
 import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from types import ModuleType
 
+import jax.numpy as jnp
 import mujoco
 import numpy as np
 
 from belt_sim.case import Belt, Case
+from belt_sim.case import Numbers as Array
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.io import MODEL_FOLDER
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space.loop import LaidLoop, lay_loop, lift
 from belt_sim.space.mujoco_interface import STRETCH_ONLY, set_solver
 from belt_sim.space.options import RESIDUAL_TORSION, TAIL_MASS, Options
 from belt_sim.units import N_PER_MM2
+
+_TANGENT_SWEEPS = 16  # each shrinks the error of the tangent points by (pulley radius) x (curvature of the span)
+
+
+@dataclass(frozen=True)
+class Catenary:
+    """z' = sinh(middle + curvature (x - x of the middle)): a belt of uniform weight whose horizontal pull is uniform.
+
+    start, shape (2,): x and z of its left end [m]; run [m]: horizontal distance of its ends; half: curvature run / 2,
+    curvature [1/m] = weight per length over horizontal pull, 0 = straight.
+    """
+
+    start: np.ndarray
+    run: float
+    middle: float
+    half: float
+
+    @staticmethod
+    def from_points(start: np.ndarray, end: np.ndarray, curvature: float) -> "Catenary":
+        """From one point to another, x and z [m], to the right of it."""
+        run, rise = float(end[0] - start[0]), float(end[1] - start[1])
+        half = 0.5 * curvature * run
+        return Catenary(start, run, math.asinh(rise / (run * float(_sinhc(half)))), half)
+
+    @property
+    def slopes(self) -> tuple[float, float]:
+        """Angles of the span above the horizontal at its left and its right end [rad]."""
+        return math.atan(math.sinh(self.middle - self.half)), math.atan(math.sinh(self.middle + self.half))
+
+    @property
+    def length(self) -> float:
+        return self.run * math.cosh(self.middle) * float(_sinhc(self.half))
+
+    def divide(self, links: int) -> np.ndarray:
+        """Points that divide the span into so many equal lengths, without its ends, shape (links - 1, 2) [m]."""
+        share = np.arange(1, links) / links
+        if self.half:
+            first, last = math.sinh(self.middle - self.half), math.sinh(self.middle + self.half)
+            share = (np.arcsinh(first + share * (last - first)) - self.middle + self.half) / (2.0 * self.half)
+        up = share * _sinhc(self.half * share) * np.sinh(self.middle + self.half * (share - 1.0))
+        return self.start + self.run * np.stack([share, up], axis=1)
+
+
+def _sinhc(u) -> np.ndarray:
+    u = np.asarray(u, float)
+    return np.where(np.abs(u) < 1e-8, 1.0, np.sinh(u) / np.where(u == 0.0, 1.0, u))
+
+
+def sink_chords(chord: float, radius: float) -> int:
+    """Chords, four at most, along which a station sinks; with two more at either end of half a wrap some stay on the
+    circle."""
+    return min(max(int(0.5 * math.pi * radius / chord) - 3, 1), 4)
+
+
+def lift(depth: Array, chord: Array, radius: Array, along: Array | None = None) -> Array:
+    """Height above the circle [m] of stations that lie ``depth`` [m] behind the place where the belt meets the pulley.
+
+    Straight up to half a chord, then a cubic to 0 with the slope of either side; along: ``sink_chords``.
+    """
+    xp = library_of(depth)
+    along = sink_chords(chord, radius) if along is None else along
+    straight = radius / xp.cos(xp.minimum(depth, 0.5 * chord) / radius) - radius
+    t = xp.clip((depth / chord - 0.5) / along, 0.0, 1.0)
+    return straight * (1.0 - smoothstep(t)) + (0.5 * chord**2 / radius * along) * t * (1.0 - t) ** 2
+
+
+def smoothstep(u: Array) -> Array:
+    """From 0 at u = 0 to 1 at 1 and beyond, 3 u^2 - 2 u^3."""
+    u = library_of(u).minimum(u, 1.0)
+    return u * u * (3.0 - 2.0 * u)
+
+
+def library_of(values: Array) -> ModuleType:
+    """NumPy for its arrays and for plain numbers, jax.numpy for JAX's arrays and tracers."""
+    return np if isinstance(values, (np.ndarray, np.generic, float)) else jnp
+
+
+def chord_angle(square: Array, r1: Array, r2: Array) -> Array:
+    """Angle [rad] between places at radii r1, r2 [m]; square [m2]: of their distance in the plane of the pulley."""
+    xp = library_of(r1)
+    return 2.0 * xp.arcsin(xp.sqrt((square - (r1 - r2) ** 2) / (4.0 * r1 * r2)))
+
+
+#: sweeps after which, to rounding, the chord, the places near the spans, and the tail pulley's first station are right
+_CHORD_SWEEPS, _PATH_SWEEPS, _TURN_SWEEPS = 12, 8, 12
+
+
+@dataclass(frozen=True)
+class LaidLoop:
+    """Stations in the order in which the upper span runs from head to tail, where they will run.
+
+    x, z [m], shape (n,); on_head, on_tail: which of them lie on the pulleys, shape (n,); chord [m] between
+    neighbours, loaded; radius_head, radius_tail [m]: circles of the stations on the pulleys, wider than the pulleys
+    so that a chord stands for its arc.
+    """
+
+    x: np.ndarray
+    z: np.ndarray
+    on_head: np.ndarray
+    on_tail: np.ndarray
+    chord: float
+    radius_head: float
+    radius_tail: float
+
+
+@dataclass(frozen=True)
+class HangingBelt:
+    """The smooth belt on the pulleys: its spans, the arcs on head and tail and its length, loaded [m]."""
+
+    upper: Catenary
+    lower: Catenary
+    head: float
+    tail: float
+    length: float
+
+    @staticmethod
+    def from_case(case: Case) -> "HangingBelt":
+        """At the case's tension and gravity, on the pulleys themselves."""
+        a, curvature = float(case.rig.centre_distance), float(case.sag_curvature)
+        head, tail = float(case.rig.head_radius), float(case.rig.tail_radius)
+        spans = []
+        for radii in ((head, tail), (-head, -tail)):  # each touches both pulleys
+            span = Catenary.from_points(np.array([0.0, radii[0]]), np.array([a, radii[1]]), curvature)
+            for _ in range(_TANGENT_SWEEPS):
+                left, right = (
+                    r * np.array([-math.sin(s), math.cos(s)]) for r, s in zip(radii, span.slopes, strict=True)
+                )
+                span = Catenary.from_points(left, right + np.array([a, 0.0]), curvature)
+            spans.append(span)
+        upper, lower = spans
+        on_head = head * (math.pi + lower.slopes[0] - upper.slopes[0])
+        on_tail = tail * (math.pi - lower.slopes[1] + upper.slopes[1])
+        return HangingBelt(upper, lower, on_head, on_tail, upper.length + lower.length + on_head + on_tail)
+
+
+def stations_of(case: Case, dx: float) -> int:
+    """Number of stations about ``dx`` [m] apart, an even one."""
+    return 2 * round(float(case.rig.belt_length) / dx / 2.0)
+
+
+def lay_loop(case: Case, dx: float, *, path=lift) -> LaidLoop:
+    """The loop at the case's tension and gravity with stations about dx [m] apart; raises InputError when a pulley
+    would carry too few; path(depth, chord, radius): height [m] above the circle at which they come and go."""
+    rig = case.rig
+    longest = min(float(rig.head_radius), float(rig.tail_radius)) / (4.0 if path is lift else 3.0)
+    if dx > longest:
+        raise InputError("model.dx", dx, "m", f"a pulley carries too few stations: give at most {longest:.3f}")
+    n, hanging = stations_of(case, dx), HangingBelt.from_case(case)
+    chord = hanging.length / n
+    # one station lies where the upper span touches the head; one less than half a chord away from a pulley lies on it:
+    # its links press it down
+    upper = round(hanging.upper.length / chord)
+    on_head = round(hanging.head / chord)
+    on_tail = round((hanging.tail - upper * chord + hanging.upper.length) / chord)
+    lower = n - on_head - upper - on_tail
+    a, curvature = float(rig.centre_distance), float(case.sag_curvature)
+    last, first = (-slope for slope in hanging.upper.slopes)
+    at_head = (last - hanging.head / float(rig.head_radius), last)
+    at_tail = (first, first + hanging.tail / float(rig.tail_radius))
+    for _ in range(_CHORD_SWEEPS):
+        # stations with this chord everywhere but in the lower span, whose length says how far off it is
+        head, tail = (0.5 * chord / math.sin(0.5 * chord / float(r)) for r in (rig.head_radius, rig.tail_radius))
+        turn = last + chord / float(rig.head_radius) * np.arange(-on_head, 1)
+        behind = _wrap_stations(float(rig.head_radius), turn, 0.0, chord, at_head, path)
+        turn = at_tail[0] + chord / float(rig.tail_radius) * np.arange(on_tail + 1)
+        bow = 1.0 + (curvature * chord) ** 2 / 24.0  # length of a link's arc over its chord
+        for _ in range(_TURN_SWEEPS):
+            ahead = _wrap_stations(float(rig.tail_radius), turn, a, chord, at_tail, path)
+            over = Catenary.from_points(behind[-1], ahead[0], curvature)
+            earlier, turn = turn, turn + (upper * chord * bow - over.length) / tail
+            if np.array_equal(turn, earlier):
+                break
+        under = Catenary.from_points(behind[0], ahead[-1], curvature)
+        parts = (behind[-1:], over.divide(upper), ahead, under.divide(lower)[::-1], behind[:-1])
+        where = np.repeat([0, 1, 2, 1, 0], [len(p) for p in parts])
+        x, z = np.concatenate(parts).T
+        loop = LaidLoop(x, z, where == 0, where == 2, chord, radius_head=head, radius_tail=tail)
+        before, chord = chord, chord + (under.length / bow - lower * chord) / n
+        if chord == before:
+            break
+    return loop
+
+
+def _wrap_stations(
+    radius: float, turn: np.ndarray, x: float, chord: float, meets: tuple[float, float], path
+) -> np.ndarray:
+    """Stations on a pulley, shape (k, 2) [m]; turn [rad]: their angles if they all lay on one circle; meets [rad]:
+    where the belt comes and goes; the middle station keeps its angle."""
+    middle, circle = len(turn) // 2, 0.5 * chord / math.sin(0.5 * chord / radius)
+    angle = turn.copy()
+    for _ in range(_PATH_SWEEPS):
+        r = circle + sum(path(radius * depth, chord, radius) for depth in (angle - meets[0], meets[1] - angle))
+        steps = np.concatenate([[0.0], np.cumsum(chord_angle(chord**2, r[1:], r[:-1]))])
+        before, angle = angle, turn[middle] + steps - steps[middle]
+        if np.array_equal(angle, before):
+            break
+    return np.stack([x + r * np.sin(angle), r * np.cos(angle)], axis=1)
+
+
+# The mesh: what its nodes and ties are.
 
 _SHEAR_FACTOR = 5.0 / 6.0  # of a rectangular section
 _SWEEPS = 40  # the width changes by less than rounding after a dozen
@@ -96,8 +300,7 @@ def membrane_law(chord: float, width: float, thickness: float, modulus: float, p
 
 
 _CELLS = 2  # diagonals alternate from cell to cell
-_CLOSE = 1e-12  # of the width
-_WIDTH_SWEEPS = 60
+_CLOSE, _WIDTH_SWEEPS = 1e-12, 60  # of the width
 
 
 @lru_cache(maxsize=512)
@@ -223,7 +426,6 @@ def node_name(i: int, j: int) -> str:
     return f"node-{i}-{j}"
 
 
-_NODE_RADIUS = 2e-3  # [m], only seen
 _BELT_COLOUR = [0.75, 0.78, 0.82, 1.0]
 
 
@@ -239,7 +441,7 @@ def add_belt(spec: mujoco.MjSpec, belt: str, mesh: Mesh, case: Case, options: Op
         for name, axis in zip("xyz", np.eye(3), strict=True):
             body.add_joint(name=f"{body.name}-{name}", type=mujoco.mjtJoint.mjJNT_SLIDE, axis=axis)
         if belt != "flex":
-            body.add_site(name=node_name(i, j), size=[_NODE_RADIUS] * 3)
+            body.add_site(name=node_name(i, j), size=[2e-3] * 3)
 
     if belt == "flex":
         flex = spec.add_flex(name="belt", dim=2)
@@ -303,9 +505,7 @@ def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=
     mesh = lay_mesh(belt, case, loop, options)
     if parts.camber is not None:
         if mesh.lines == 1:
-            raise CannotRepresent(
-                "camber: a rope of particles has no width that could be curved; use belt=flex or grid"
-            )
+            raise CannotRepresent("camber: a rope of particles has no width; use belt=flex or grid")
         shift = float(np.sign(float(case.settings.direction))) * early  # each link lies where it does at travel 0
         middle = loop.chord * (np.arange(mesh.stations) + 0.5) + shift
         mesh = replace(mesh, curvature=parts.camber(middle % (loop.chord * mesh.stations)))
@@ -375,7 +575,6 @@ def build_scene(
 def laid_coordinates(scene: SceneLayout, head_spin: float = 0.0, tail_spin: float = 0.0) -> np.ndarray:
     """Coordinates of aligned pulleys of these spins [rad], shape (5,), and of the nodes laid round them."""
     joints = np.zeros(STATION_JOINTS)
-    joints[TAIL_SLIDE] = scene.loop.centre_distance - float(scene.case.rig.centre_distance)
     joints[HEAD_SPIN], joints[TAIL_SPIN] = head_spin, tail_spin
     return np.concatenate([joints, (scene.mesh.laid - scene.mesh.rest).ravel()])
 

@@ -15,9 +15,8 @@ import numpy as np
 from belt_sim.case import Numbers as Array
 from belt_sim.space import options
 from belt_sim.space.belt import BeltArrays, SurfaceArrays
-from belt_sim.space.block_tridiagonal import factorise, solve_chain, sweep_inverse
-from belt_sim.space.elastic import SlidingStiffness, strains
-from belt_sim.space.loop import chord_angle, lift, smoothstep
+from belt_sim.space.elastic import SlidingStiffness, factorise, solve_chain, strains, sweep_inverse
+from belt_sim.space.scene import chord_angle, lift, smoothstep
 
 HEAD, TAIL = 0, 1
 FIRST, LAST = 0, 1  # ends of a wrap

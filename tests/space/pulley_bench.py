@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim.jax_setup import in_float64
 from belt_sim.space.belt import BatchShape, BeltArrays, SurfaceArrays
-from belt_sim.space.loop import sink_chords
+from belt_sim.space.scene import sink_chords
 from belt_sim.space.wrap import PoseArrays, WrapArrays, anchor_places
 
 

@@ -8,10 +8,9 @@ from paper_cases import paper_case
 
 from belt_sim.case import Case
 from belt_sim.space.elastic import TwistStiffness
-from belt_sim.space.loop import LaidLoop
 from belt_sim.space.mujoco_interface import Motion, Solver, compile_model, set_solver
 from belt_sim.space.options import Options
-from belt_sim.space.scene import Mesh, add_belt, lay_mesh, tie_lengths
+from belt_sim.space.scene import LaidLoop, Mesh, add_belt, lay_mesh, tie_lengths
 from studies.paper.case import ROPE_EXAMPLE
 
 DX = 0.025  # [m]
@@ -72,10 +71,7 @@ def strip(
     camber [1/m]: natural curvature in its plane."""
     case, n = paper_case(tension, 0.0, ROPE_EXAMPLE), round(length / dx) + 1
     nowhere = np.zeros(n, bool)
-    loop = LaidLoop(
-        x=np.arange(n) * dx, z=np.zeros(n), on_head=nowhere, on_tail=nowhere, chord=dx, radius_head=0.17,
-        radius_tail=0.17, centre_distance=2.0,
-    )  # fmt: skip
+    loop = LaidLoop(np.arange(n) * dx, np.zeros(n), nowhere, nowhere, dx, radius_head=0.17, radius_tail=0.17)
     settings = Options(dx=dx, across=across, dt=dt, **options)
     mesh = replace(lay_mesh(belt, case, loop, settings), closed=False, curvature=np.full(n - 1, camber))
     spec = mujoco.MjSpec()

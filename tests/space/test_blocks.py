@@ -9,8 +9,7 @@ from paper_cases import paper_case
 from belt_sim.jax_setup import LEAST_EFFORT, in_float64, known_options
 from belt_sim.space import Options
 from belt_sim.space.belt import ActiveFeatures, belt_arrays
-from belt_sim.space.block_tridiagonal import block_inverse, factorise, solve_chain
-from belt_sim.space.elastic import stretch_energy
+from belt_sim.space.elastic import block_inverse, factorise, solve_chain, stretch_energy
 from belt_sim.space.native import SpaceRun
 from belt_sim.space.options import fit_options
 from studies.paper.case import ROPE_EXAMPLE

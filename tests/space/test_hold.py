@@ -5,11 +5,11 @@ import pytest
 from paper_cases import paper_case
 
 from belt_sim.errors import InputError
-from belt_sim.space.loop import lay_loop
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.native import SpaceRun
 from belt_sim.space.options import Options, fit_options
 from belt_sim.space.run import plan_in_time
+from belt_sim.space.scene import lay_loop
 from studies.paper.case import ROPE_EXAMPLE, TEST_RIG
 
 CHORDS_EQUAL = 1e-9  # [m]; the spans are divided by length of arc, which bends by 5 % more in their middle

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from pulley_bench import both, empty_wrap, on_jax, places, pose, surface
 
-from belt_sim.space.loop import lift
+from belt_sim.space.scene import lift
 from belt_sim.space.wrap import (
     FIRST,
     LAST,
