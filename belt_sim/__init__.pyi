@@ -32,10 +32,10 @@ from belt_sim.errors import BeltError as BeltError
 from belt_sim.errors import InputError as InputError
 from belt_sim.jax_setup import prepare as prepare
 from belt_sim.linear.loop import close_loop as close_loop
-from belt_sim.results.check import Check as Check
 from belt_sim.results.diagnosis import Diagnosis as Diagnosis
 from belt_sim.results.diagnosis import Discovery as Discovery
 from belt_sim.results.diagnosis import Verdict as Verdict
+from belt_sim.results.errors import Check as Check
 from belt_sim.results.errors import Comparison as Comparison
 from belt_sim.results.files import read_diagnosis
 from belt_sim.results.simulation import Simulation as Simulation

@@ -18,9 +18,8 @@ from belt_sim.effects.pulley import LiftOff, Slip, with_side_force
 from belt_sim.effects.span import EdgeGuide
 from belt_sim.errors import Limit
 from belt_sim.jax_setup import StoredProgram, in_float64
-from belt_sim.line.influence import span_fields
 from belt_sim.line.runup import FRICTION
-from belt_sim.line.span import CHANGE_LIMITS, beam_second_order, sag_softening, strip
+from belt_sim.line.span import CHANGE_LIMITS, beam_second_order, sag_softening, span_fields, strip
 from belt_sim.line.spans import span_responses
 
 WRONG_SHARE = 0.03  # share by which moments or movement may be wrong at a boundary

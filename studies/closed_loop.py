@@ -13,7 +13,7 @@ import numpy as np
 import belt_sim as bs
 from belt_sim.io import write_with
 from belt_sim.settings import make_case
-from belt_sim.show.observers import ProgressObserver
+from belt_sim.show.terminal import ProgressObserver
 from belt_sim.space.native import NativeState, SpaceRun
 from belt_sim.space.options import Options, fit_options
 from belt_sim.units import DEGREE, MM

@@ -23,7 +23,7 @@ from belt_sim.effects.load import load_effects
 from belt_sim.errors import InputError, SimulationError
 from belt_sim.io import provenance, write_text, write_with
 from belt_sim.settings import case_from
-from belt_sim.show.observers import ProgressObserver
+from belt_sim.show.terminal import ProgressObserver
 from belt_sim.space.model import SpaceModel
 from belt_sim.units import MM, MM_PER_M
 from studies.application import application

@@ -12,7 +12,7 @@ from belt_sim.diagnosis.workbench import linear_response
 from belt_sim.errors import InputError, flag
 from belt_sim.io import provenance
 from belt_sim.jax_setup import one_blas_thread
-from belt_sim.results.check import Check, Doubt
+from belt_sim.results.errors import Check, Doubt
 from belt_sim.settings import BOUNDS
 
 PLANNED_TRAVEL, PLANNED_STEP = 60.0, 0.5  # [m] that a planned run is recorded over, and between its readings

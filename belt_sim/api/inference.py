@@ -44,7 +44,7 @@ from belt_sim.results import words
 from belt_sim.results.diagnosis import SURE_APART, Diagnosis, Discovery, NextRun
 from belt_sim.results.estimates import MachineSizes, display_unit
 from belt_sim.results.words import Display, Table
-from belt_sim.show.observers import stages_shown
+from belt_sim.show.terminal import stages_shown
 
 MIN_BOOTSTRAPS, MAX_BOOTSTRAPS = 100, 100_000
 

@@ -32,7 +32,7 @@ from belt_sim.importing import LoggedTables, Proposal, Question, read, understan
 from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, inner_mapping
 from belt_sim.io import write_text
 from belt_sim.model import BY_TENSION
-from belt_sim.show.observers import AS_JSON
+from belt_sim.show.terminal import AS_JSON
 from belt_sim.units import plain_minus
 
 REPORT = "report.html"

@@ -18,8 +18,15 @@ from belt_sim.io import provenance, write_json, write_text, write_with
 from belt_sim.model import AnalyticModel, Model, SteadyModel
 from belt_sim.results.simulation import Simulation, summary_json
 from belt_sim.settings import case_from, make_case, model_settings
-from belt_sim.show.observers import ProgressObserver, ViewerObserver, has_display, progress, resolve_watch
-from belt_sim.show.terminal import tell, tell_choice
+from belt_sim.show.terminal import (
+    ProgressObserver,
+    ViewerObserver,
+    has_display,
+    progress,
+    resolve_watch,
+    tell,
+    tell_choice,
+)
 from belt_sim.space.options import WATCHED
 from belt_sim.units import MM
 

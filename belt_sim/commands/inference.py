@@ -22,8 +22,7 @@ from belt_sim.jax_setup import begin_in_thread, map_in_threads
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.results.files import file_json, read_diagnosis
 from belt_sim.show.diagnosis import visible_picture
-from belt_sim.show.observers import in_stages, progress, resolve_watch
-from belt_sim.show.terminal import tell, tell_choice, tell_diagnosis
+from belt_sim.show.terminal import in_stages, progress, resolve_watch, tell, tell_choice, tell_diagnosis
 
 
 def _reason(campaign: str) -> str:

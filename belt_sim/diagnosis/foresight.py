@@ -29,8 +29,8 @@ from belt_sim.errors import Limit
 from belt_sim.jax_setup import map_in_threads
 from belt_sim.line.spans import Composition
 from belt_sim.model import BASE_MODELS, MODELS
-from belt_sim.results.check import Doubt, Pair, Visible
 from belt_sim.results.diagnosis import RESOLVED
+from belt_sim.results.errors import Doubt, Pair, Visible
 from belt_sim.units import N_PER_MM2
 from belt_sim.validity import STRENGTH, geometric, limits
 

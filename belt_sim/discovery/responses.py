@@ -30,10 +30,16 @@ from belt_sim.effects.law import (
 )
 from belt_sim.jax_setup import PROGRAMS, StoredProgram, in_float64, program_key
 from belt_sim.line.hooks import apply_hook, as_driven, overrides, true_travel
-from belt_sim.line.influence import StretchResponse, stretch_adds, stretch_ends, stretch_response
 from belt_sim.line.march import march_open, plan_steps
 from belt_sim.line.runup import add
-from belt_sim.line.span import log_of_change, response_by_change
+from belt_sim.line.span import (
+    StretchResponse,
+    log_of_change,
+    response_by_change,
+    stretch_adds,
+    stretch_ends,
+    stretch_response,
+)
 
 # Impulse responses of every run: what a short pulse of input at every channel of the march does to it.
 #

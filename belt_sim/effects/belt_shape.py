@@ -8,8 +8,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.effects.base import METRES, TURN_OVER, Cause, Effect, effect, parameter, with_parameters
-from belt_sim.line.influence import integral, interpolate_rows, natural_curvature_rows, span_fields
 from belt_sim.line.runup import add
+from belt_sim.line.span import integral, interpolate_rows, natural_curvature_rows, span_fields
 
 EDGE_HARMONICS = 40
 FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27

@@ -35,9 +35,8 @@ from belt_sim.effects.law import (
     number_name,
 )  # fmt: skip
 from belt_sim.errors import InputError, finite, flag
-from belt_sim.line.influence import stretch_adds, stretch_ends, stretch_response
 from belt_sim.line.runup import add, angle_at
-from belt_sim.line.span import log_of_change, response, response_by_change
+from belt_sim.line.span import log_of_change, response, response_by_change, stretch_adds, stretch_ends, stretch_response
 
 ID = "generic_law"
 CLASSES = 256  # of effects that a process keeps

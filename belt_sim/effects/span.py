@@ -7,13 +7,13 @@ import jax
 import jax.numpy as jnp
 
 from belt_sim.effects.base import CHECK_MODEL, METRES, Cause, Effect, PartOfScene, effect, parameter
-from belt_sim.line.influence import (
+from belt_sim.line.runup import FRICTION, add
+from belt_sim.line.span import (
     add_load,
     load_response,
     span_fields,
     supports,
 )
-from belt_sim.line.runup import FRICTION, add
 
 
 @effect

@@ -19,9 +19,8 @@ from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import ALONG, Curves
 from belt_sim.errors import BeltError, InputError
 from belt_sim.jax_setup import in_float64
-from belt_sim.line.influence import Bend, BoundaryValues
 from belt_sim.line.runup import Contact, Reading, RunOff, RunUp, State, Yaw
-from belt_sim.line.span import Response, Span
+from belt_sim.line.span import Bend, BoundaryValues, Response, Span
 from belt_sim.scene_parts import SceneParts
 
 LAW_NAMES = ("span", "run-up", "wrap", "drive", "sensor")

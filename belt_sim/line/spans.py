@@ -25,9 +25,18 @@ from belt_sim.line.hooks import (
     uses,
     where_acting,
 )
-from belt_sim.line.influence import Bend, BoundaryValues, place_row, span_fields
 from belt_sim.line.runup import Contact, RunOff, State, Yaw, sag_angle
-from belt_sim.line.span import Response, Span, condense, dimensionless, response
+from belt_sim.line.span import (
+    Bend,
+    BoundaryValues,
+    Response,
+    Span,
+    condense,
+    dimensionless,
+    place_row,
+    response,
+    span_fields,
+)
 
 NEAREST_PLACE = 1e-3  # of the length: nearer to an end, a span is as good as straight, and a piece of it too short
 #: hooks that a march can apply

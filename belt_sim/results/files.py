@@ -14,9 +14,8 @@ from pydantic import TypeAdapter, ValidationError
 
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import read_json
-from belt_sim.results.check import Check
 from belt_sim.results.diagnosis import Diagnosis, Discovery
-from belt_sim.results.errors import Comparison, Drawings
+from belt_sim.results.errors import Check, Comparison, Drawings
 from belt_sim.results.estimates import IN_SI
 from belt_sim.units import round_digits
 

@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.results.check import WELL, Visible
 from belt_sim.results.diagnosis import Discovery
-from belt_sim.results.errors import Drift, FailureMap, Panel
+from belt_sim.results.errors import WELL, Drift, FailureMap, Panel, Visible
 from belt_sim.show import style
 from belt_sim.show.style import AFTER_COLOUR, BEFORE_COLOUR, CYCLE, FAINT_INK, INK, MEASURED
 from belt_sim.units import shop_unit

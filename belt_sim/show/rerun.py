@@ -23,8 +23,8 @@ from belt_sim.curves import Curves, Frame
 from belt_sim.errors import BeltError
 from belt_sim.show import geometry
 from belt_sim.show.geometry import TRUE, ViewScale, full_colour_tilt, view_scale_of
-from belt_sim.show.observers import has_display
 from belt_sim.show.style import BLUE, CYCLE, FAINT_INK, GREEN, INK, POINT_COLOURS, RED, SHORT_POINT_NAMES, rgb
+from belt_sim.show.terminal import has_display
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 # Time series, in the units that people read.

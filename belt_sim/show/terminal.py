@@ -1,7 +1,14 @@
-"""Results in the terminal: the verdict first, lines that fit the window, tables where they are asked for."""
+"""The terminal: results, the verdict first, in lines that fit the window; how far a run or a diagnosis is; viewers."""
 
+import json
+import multiprocessing
 import os
-from collections.abc import Iterable, Mapping
+import sys
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +19,9 @@ from rich.padding import Padding
 from rich.table import Table as RichTable
 from rich.text import Text
 
+from belt_sim.case import Case
+from belt_sim.curves import Curves, Frame, Observer
+from belt_sim.errors import InputError
 from belt_sim.model import BY_TENSION
 from belt_sim.results.words import Table, capital, in_terminal
 
@@ -105,3 +115,243 @@ def rich_table(table: Table) -> RichTable:
     for k, row in enumerate(table.rows):
         shown.add_row(*map(Text, map(in_terminal, row)), style="red" if k in table.marked else None)
     return shown
+
+
+# Observers of a run: progress, MuJoCo's own viewer; and whether a way to watch is possible here.
+#
+# Progress is a bar where somebody looks, a line every 10 % where output goes to a file. The workers of a parallel sweep
+# share one terminal: they print lines too, their bars would overwrite one another.
+
+REMEDY = "needs Rerun: pip install 'belt-sim[watch]'"
+
+
+def resolve_watch(watch: str | None, *choices: str) -> str | None:
+    """``watch`` if it is null or one of the choices; raises InputError otherwise, or where Rerun is not installed.
+
+    "auto" stands for "rrd" where Rerun is installed; elsewhere it says so and stands for null.
+    """
+    if watch is not None and watch not in choices:
+        raise InputError("watch", watch, "", f"use null, {' or '.join(choices)}")
+    if watch == "viewer":
+        if not has_display():
+            raise InputError("watch", watch, "", "there is no display here; use watch=rrd")
+        return watch
+    if watch is None or find_spec("rerun"):
+        return "rrd" if watch == "auto" else watch
+    if watch == "auto":
+        print(f"no recording: it {REMEDY}")
+        return None
+    raise InputError("watch", watch, "", REMEDY)
+
+
+def has_display() -> bool:
+    """Whether a window can be opened here."""
+    return sys.platform in ("darwin", "win32") or any(os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY"))
+
+
+PREPARING, FITTING = "preparing the runs", "fitting sets of effects"
+BEYOND_CATALOGUE, LAW_OF_REST = "searching beyond the catalogue", "searching for a law of the rest"
+#: stages of a diagnosis in their order -> measured shares of its time in percent
+STAGES = {
+    "": 9.0,
+    "checking the machine data": 6.0,
+    PREPARING: 27.0,
+    "estimating false alarms": 0.3,
+    FITTING: 12.0,
+    BEYOND_CATALOGUE: 34.0,
+    LAW_OF_REST: 14.0,
+    "drawing": 4.0,
+    "choosing the best further run": 2.0,
+}
+SOMETIMES = {
+    "checking the machine data",
+    LAW_OF_REST,
+    list(STAGES)[-1],
+}  # not always there: not to come until they begin
+#: a law takes half as long again as all before it: within 30 % in 35 of 44 blind campaigns where one was sought
+LAW_SHARE = 1.0 / 1.5
+LOADING = 3.6  # [s] at most that the first stage counts for in a forecast: effects of one's own may be slow to load
+AS_JSON = "BELT_SIM_PROGRESS_AS_JSON"  # environment: progress for a program that reads it, an object a line
+LINE_EVERY = 0.10  # share of the work between two lines where there is no terminal
+
+
+def _begin(
+    console: Console | None, title: str, total: float, timed: bool
+) -> tuple[Callable[[float, str], None], Callable[[], None]]:
+    """update(done, note) and close() of a bar on a terminal of one's own; elsewhere at most a line a tenth of the work.
+
+    Both are on standard error, so that results can be piped. timed: the end can be told from what is done; else nothing
+    is said of it, and there is a line a note.
+    """
+    console = console or Console(stderr=True)
+    began, said = time.monotonic(), ""
+    bar: Any = None
+    if console.is_terminal and multiprocessing.parent_process() is None:
+        from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+        share, text = TextColumn("{task.percentage:>3.0f} %"), TextColumn("{task.fields[note]}", markup=False)
+        times = (share, text, TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
+        columns = times if timed else (text, TimeElapsedColumn())
+        words = TextColumn("{task.description}", markup=False)
+        bar = Progress(words, BarColumn(bar_width=None), *columns, console=console)
+        task = bar.add_task(title, total=total, note="")
+        bar.start()
+
+    def update(done: float, note: str) -> None:
+        nonlocal said
+        elapsed, in_all, more = time.monotonic() - began, 0.0, ""
+        if not timed and 0.0 < done < total:  # seconds in all, and what may make them more
+            in_all = elapsed / done
+            more = ", longer if a law is sought" if note in list(STAGES)[: list(STAGES).index(LAW_OF_REST)] else ""
+        about = f" of about {in_all:.0f} s{more}" if in_all else ""
+        if bar is not None:
+            bar.update(task, completed=done, note=f"{note}{about.replace(' of', ',')}")
+            return
+        now = str(int(done / total / LINE_EVERY + 1e-9) or "" if total > 0 else "") if timed else note
+        if now in ("", said):
+            return
+        said = now
+        if os.environ.get(AS_JSON):
+            print(json.dumps({"stage": note, "in_all_s": in_all, "more": more}), file=sys.stderr, flush=True)
+            return
+        parts = [note, f"{elapsed:.0f} s gone{about}"]
+        if timed:
+            parts = [f"{100 * done / total:3.0f} %", *parts, f"{elapsed * (total / done - 1.0):.0f} s left"]
+        line = f"{title}: {', '.join(filter(None, parts))}"
+        console.print(line, markup=False, highlight=False, soft_wrap=True)
+
+    return update, lambda: None if bar is None else bar.stop()
+
+
+@contextmanager
+def progress(
+    total: float, title: str, console: Console | None = None, *, timed: bool = True
+) -> Iterator[Callable[..., None]]:
+    """Show how far some work is: ``with progress(n, "bootstrap") as done: ...; done()``.
+
+    The function given adds ``amount`` (default 1) to what is done and shows ``note`` beside it. timed: whether the time
+    left can be told from it.
+    """
+    (update, close), count = _begin(console, title, total, timed), 0.0
+
+    def advance(amount: float = 1.0, note: str = "") -> None:
+        nonlocal count
+        count += amount
+        update(min(count, total), note)
+
+    try:
+        yield advance
+    finally:
+        close()
+
+
+@contextmanager
+def stages_shown(title: str) -> Iterator[Callable[[int, str], None]]:
+    """A bar for work in stages, as ``in_stages``, where somebody looks: a terminal or a notebook; else nothing."""
+    console = Console()
+    if not (console.is_terminal or console.is_jupyter):
+        yield lambda count, stage: None
+        return
+    with progress(1.0, title, console, timed=False) as done:
+        yield in_stages(done)
+
+
+def in_stages(done: Callable[..., None]) -> Callable[[int, str], None]:
+    """A diagnosis as work out of 1: ``done`` of ``progress(1.0, ...)`` as (replicates, stage); a law may
+    still be sought, which takes longer.
+
+    Where a stage begins, what is over is counted by the measured shares of the stages before it, and what is to come by
+    those that always follow: of a law, nobody knows before. What is beyond the library takes about 0.8 of the time of
+    preparing and as long as the fits: where little was to be fitted, little is to be looked for.
+    """
+    names, spent = list(STAGES), dict[str, float]()
+    over, told, now, began = 0.0, 0.0, "", time.monotonic()
+
+    def tell(count: int, stage: str) -> None:
+        nonlocal over, told, now
+        stage = stage or ("drawing" if count else now)
+        if stage not in STAGES or stage == now:
+            done(0.0, stage)
+            return
+        elapsed = time.monotonic() - began
+        spent[now] = elapsed - sum(spent.values())
+        over, now = over + STAGES[now], stage
+        to_come = STAGES[stage] + sum(STAGES[n] for n in names[names.index(stage) + 1 :] if n not in SOMETIMES)
+        working = elapsed - max(spent.get("", 0.0) - LOADING, 0.0)
+        rest = working * to_come / over
+        if stage == BEYOND_CATALOGUE:
+            rest = 0.8 * spent.get(PREPARING, 0.0) + spent.get(FITTING, 0.0)
+        elif stage == LAW_OF_REST:
+            rest = working * (1.0 / LAW_SHARE - 1.0)
+        share = elapsed / (elapsed + rest) if elapsed > 0.0 else 0.0
+        share = share if stage == LAW_OF_REST else max(share, told)
+        done(share - told, stage)
+        told = share
+
+    return tell
+
+
+@dataclass
+class ProgressObserver:
+    """Travel, belt speed and remaining time of a run that is under way.
+
+    The time begins with the first step, when all is compiled, and the work is all steps of the run, those before travel
+    0 as well, where the engine says how many it has made (``advance``); else it is the travel.
+    """
+
+    title: str = "belt"
+    console: Console | None = None
+    live_only = True  # of a run that has ended it has nothing to say
+
+    def start(self, case: Case, travel: float) -> None:
+        self.travel, self.note, self.counted = travel, "", False
+        self.bar: tuple[Callable[[float, str], None], Callable[[], None]] | None = None  # update and close
+        self.before: tuple[float, float] | None = None
+
+    def advance(self, share: float, *, counted: bool = True) -> None:
+        """Move the bar on: so much of the steps (0 .. 1) has been made; counted: by the engine."""
+        self.counted = counted
+        self.bar = self.bar or _begin(self.console, self.title, 1.0, True)
+        self.bar[0](share, self.note)
+
+    def frame(self, frame: Frame) -> None:
+        """Note where the belt is."""
+        speed = ""
+        if self.before is not None and frame.time > self.before[1]:
+            speed = f" at {(frame.travel - self.before[0]) / (frame.time - self.before[1]):.2f} m/s"
+        self.before = frame.travel, frame.time
+        self.note = f"{frame.travel:.1f} of {self.travel:g} m{speed}"
+        if not self.counted:
+            self.advance(min(max(frame.travel / self.travel, 0.0), 1.0), counted=False)
+
+    def finish(self, curves: Curves) -> None:
+        """End the bar."""
+        if self.bar is not None:
+            self.bar[1]()
+
+
+_LOOK_EVERY = 0.1  # [s]
+
+
+class ViewerObserver(Observer):
+    """Shows the scene of a run in the passive viewer, which stays open until it is closed."""
+
+    window: Any = None
+
+    def show(self, model: Any, data: Any) -> None:
+        import mujoco.viewer
+
+        self.window = mujoco.viewer.launch_passive(model, data, show_left_ui=False)
+
+    def frame(self, shown: Any) -> None:
+        """Draw the belt as it is now, and at the end as it is then: results are written before anybody waits."""
+        if self.window is not None and self.window.is_running():
+            self.window.sync()
+
+    finish = frame  # type: ignore[assignment]
+
+    def wait(self) -> None:
+        """Wait until the window is closed."""
+        while self.window is not None and self.window.is_running():
+            self.window.sync()
+            time.sleep(_LOOK_EVERY)

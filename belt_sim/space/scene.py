@@ -499,7 +499,7 @@ class SceneLayout:
 
 
 def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=lift) -> SceneLayout:
-    """The scene: the belt's nodes laid round the pulleys, which they come onto along ``path`` (loop.py)."""
+    """The scene: the belt's nodes laid round the pulleys, which they come onto along ``path``."""
     case = replace(case, rig=replace(case.rig, gravity=parts.gravity))
     loop, early = lay_loop(case, options.dx, path=path), options.run_in
     mesh = lay_mesh(belt, case, loop, options)

@@ -21,7 +21,7 @@ from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import cores
 from belt_sim.scene_parts import SceneParts
-from belt_sim.show.observers import progress
+from belt_sim.show.terminal import progress
 from belt_sim.space.options import Options, accurate_speed, refuse_sliding_limp
 from belt_sim.units import N_PER_MM2
 from belt_sim.virtual_rig.fault import Fault

@@ -14,7 +14,7 @@ from rich.table import Table
 from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.errors import InputError, whole
 from belt_sim.io import provenance
-from belt_sim.show.observers import progress
+from belt_sim.show.terminal import progress
 from studies.application import application
 from studies.challenge.registry import answerer, source
 from studies.challenge.report import describe_hidden, publish, target_cells

@@ -14,7 +14,7 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.jax_setup import in_float64, jit_float64
-from belt_sim.line.influence import span_fields
+from belt_sim.line.span import span_fields
 from belt_sim.line.spans import RitzingerFormula
 from belt_sim.model import AnalyticModel, analytic_model
 from belt_sim.show.style import AMBER, BLUE, FAINT_INK, GREEN, INK, PINK, RED, SKY

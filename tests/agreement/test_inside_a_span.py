@@ -12,9 +12,8 @@ from belt_sim.effects.belt_shape import Camber, Weld, raised_cosine
 from belt_sim.effects.pulley import Taper
 from belt_sim.effects.span import EdgeGuide
 from belt_sim.jax_setup import in_float64
-from belt_sim.line.influence import natural_curvature_rows, span_fields, supports
 from belt_sim.line.march import march_case
-from belt_sim.line.span import beam_first_order, beam_second_order, strip
+from belt_sim.line.span import beam_first_order, beam_second_order, natural_curvature_rows, span_fields, strip, supports
 from belt_sim.model import analytic_model
 
 TEXTBOOK = 1e-8  # rounding of beams condensed piece by piece

@@ -11,9 +11,16 @@ from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.span import IdlerSkew, MachineTilt, OffCentreLoad, Shear, SideDrag
 from belt_sim.errors import CannotRepresent
-from belt_sim.line.influence import load_response, span_fields
 from belt_sim.line.march import march_case
-from belt_sim.line.span import beam_first_order, beam_second_order, response, sag_softening, strip
+from belt_sim.line.span import (
+    beam_first_order,
+    beam_second_order,
+    load_response,
+    response,
+    sag_softening,
+    span_fields,
+    strip,
+)
 from belt_sim.model import analytic_model
 from studies.closed_forms import sievers_coefficients
 from studies.paper.case import ROPE_EXAMPLE

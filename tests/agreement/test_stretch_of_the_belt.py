@@ -14,8 +14,7 @@ import belt_sim as bs
 from belt_sim.effects.generic_law import law_effect
 from belt_sim.effects.law import LAW_PLACES, Form, Law, SizedLaw, Term
 from belt_sim.jax_setup import in_float64
-from belt_sim.line.influence import stretch_adds, stretch_response
-from belt_sim.line.span import strip
+from belt_sim.line.span import stretch_adds, stretch_response, strip
 from belt_sim.model import analytic_model
 from belt_sim.virtual_rig.hidden import fault_from_spec
 from belt_sim.virtual_rig.line import DOUBLINGS, Sections, solve_span

@@ -14,10 +14,9 @@ from belt_sim.effects.span import SagRoll
 from belt_sim.jax_setup import LEAST_EFFORT, known_options
 from belt_sim.line import span as span_law
 from belt_sim.line.hooks import HOOKS, LAW_NAMES, indicate, overrides, uses
-from belt_sim.line.influence import Bend, BoundaryValues
 from belt_sim.line.march import march_case, march_traced
 from belt_sim.line.runup import Contact, Reading, RunOff, RunUp, State, Yaw
-from belt_sim.line.span import Response
+from belt_sim.line.span import Bend, BoundaryValues, Response
 from belt_sim.model import analytic_model
 from belt_sim.scene_parts import SceneParts
 

@@ -10,8 +10,7 @@ from belt_sim.campaign import case_of
 from belt_sim.discovery.search_data import rare_forms
 from belt_sim.effects.law import Form, Law, Term
 from belt_sim.jax_setup import jit_float64
-from belt_sim.line.influence import Bend, BoundaryValues
-from belt_sim.line.span import response, strip
+from belt_sim.line.span import Bend, BoundaryValues, response, strip
 
 FILE = 0.02  # of what a large change adds: the file has it as a polynomial of its logarithm
 ENDS = np.array([[1e-3, 2e-4], [3e-4, -1e-4], [-2e-4, 1e-4], [0.0, 1e-4], [1e-4, 0.0]])

@@ -19,9 +19,8 @@ from belt_sim.errors import InputError
 from belt_sim.io import ROOT
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.hooks import HOOKS, overrides
-from belt_sim.line.influence import Bend, BoundaryValues
 from belt_sim.line.runup import State, Yaw
-from belt_sim.line.span import beam_first_order, beam_second_order, dimensionless
+from belt_sim.line.span import Bend, BoundaryValues, beam_first_order, beam_second_order, dimensionless
 from belt_sim.line.spans import span_responses
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.wrap import axes_of

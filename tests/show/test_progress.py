@@ -9,7 +9,7 @@ import pytest
 from moving_belt import case, curves, frames
 from rich.console import Console
 
-from belt_sim.show.observers import (
+from belt_sim.show.terminal import (
     AS_JSON,
     BEYOND_CATALOGUE,
     FITTING,

@@ -8,9 +8,8 @@ from small_campaign import drawn
 from unknown_result import unknown
 
 from belt_sim.effects.base import library
-from belt_sim.results.check import Check, Visible
 from belt_sim.results.diagnosis import NextRun
-from belt_sim.results.errors import CampaignLabel, Comparison
+from belt_sim.results.errors import CampaignLabel, Check, Comparison, Visible
 from belt_sim.results.words import capital
 from belt_sim.show.terminal import tell, tell_diagnosis
 

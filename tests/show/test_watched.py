@@ -71,7 +71,7 @@ def test_a_run_without_instants_is_recorded_when_it_ends(simulation, tmp_path, m
 def test_without_a_display_the_page_is_served_until_ctrl_c(simulation, monkeypatch, capsys, model):
     pytest.importorskip("rerun")
     from belt_sim.model import MODELS
-    from belt_sim.show import observers, rerun
+    from belt_sim.show import rerun, terminal
     from belt_sim.space.model import SpaceModel
 
     served = []
@@ -90,7 +90,7 @@ def test_without_a_display_the_page_is_served_until_ctrl_c(simulation, monkeypat
         raise KeyboardInterrupt
 
     monkeypatch.setattr(rerun, "RerunObserver", Viewer)
-    monkeypatch.setattr(observers, "has_display", lambda: False)
+    monkeypatch.setattr(terminal, "has_display", lambda: False)
     monkeypatch.setattr("time.sleep", sleep)
     monkeypatch.setattr("sys.stdin", io.StringIO())  # nobody at the terminal: it is served all the same
     stay(simulation, MODELS["strip"] if model == "strip" else SpaceModel(), [], "rerun")
@@ -99,7 +99,7 @@ def test_without_a_display_the_page_is_served_until_ctrl_c(simulation, monkeypat
 
 
 def test_mujocos_window_is_waited_for_when_results_are_written():
-    from belt_sim.show.observers import ViewerObserver
+    from belt_sim.show.terminal import ViewerObserver
 
     viewer, steps = ViewerObserver(), []
 

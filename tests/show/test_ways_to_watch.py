@@ -3,8 +3,8 @@
 import pytest
 
 from belt_sim.errors import InputError
-from belt_sim.show import observers
-from belt_sim.show.observers import resolve_watch
+from belt_sim.show import terminal
+from belt_sim.show.terminal import resolve_watch
 
 
 def test_with_rerun_all_is_recorded(capsys):
@@ -15,7 +15,7 @@ def test_with_rerun_all_is_recorded(capsys):
 
 
 def test_without_it_auto_says_so_and_rrd_is_refused(monkeypatch, capsys):
-    monkeypatch.setattr(observers, "find_spec", lambda name: None)
+    monkeypatch.setattr(terminal, "find_spec", lambda name: None)
     assert resolve_watch("auto", "auto", "rrd") is None
     assert capsys.readouterr().out == "no recording: it needs Rerun: pip install 'belt-sim[watch]'\n"
     assert resolve_watch(None, "rrd") is None

@@ -17,7 +17,7 @@ from belt_sim.effects.base import library
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.io import MODEL_FOLDER
 from belt_sim.settings import make_case
-from belt_sim.show.observers import resolve_watch
+from belt_sim.show.terminal import resolve_watch
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.mujoco_interface import mjcf
 from belt_sim.space.options import Options
