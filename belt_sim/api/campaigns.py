@@ -2,7 +2,7 @@
 
 import copy
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from glob import glob
 from pathlib import Path
 from typing import Any
@@ -15,7 +15,7 @@ from belt_sim.campaign.folder import SEALED
 from belt_sim.errors import InputError, flag
 from belt_sim.importing import LoggedTables, Proposal, mapping_text, read, understand, write
 from belt_sim.importing.columns import DRAWING, span_of
-from belt_sim.importing.mapping import mapping_of
+from belt_sim.importing.mapping import MappingEntry, mapping_of
 from belt_sim.io import write_text
 from belt_sim.results.words import Table
 from belt_sim.show.terminal import rich_table
@@ -40,6 +40,8 @@ def import_files(
     for every answer that is missing.
     """
     flag("overwrite", overwrite), flag("pictures", pictures)
+    if not isinstance(mapping, Mapping | MappingEntry | str | Path | None):
+        raise InputError("mapping", mapping, "", "give a mapping, or the name of a YAML file")
     entry = mapping_of(mapping)
     names: list[str] = []
     for file in files:  # * and ? stand for several where the shell has left them

@@ -11,7 +11,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from belt_sim.effects.base import Effect, effects_in, library
+from belt_sim.effects.base import Effect, Parameter, effects_in, library
 from belt_sim.effects.generic_law import ID as LAW
 from belt_sim.effects.generic_law import (
     TERM_NUMBERS,
@@ -49,32 +49,41 @@ def load_effects(spec: Any) -> tuple[Effect, ...]:
     effect that would do nothing.
     """
     loaded: list[Effect] = []
-    for item in _entries(spec) if spec is not None else []:
+    for item in [] if spec is None else _entries(spec):
         classes, numbers = _read_entry(item)
-        for cls in classes.values():
-            for name, value in numbers.items():
-                where = f"effects.{cls.id}.{name}"
-                if name not in cls.parameters:
-                    raise InputError(where, value, "", f"its parameters are {', '.join(cls.parameters)}")
-                parameter, (low, high) = cls.parameters[name], cls.parameters[name].plausible
-                as_text = " (write 2.0e-5, not 2e-5)" if re.fullmatch(r"[+-]?\d+e[+-]?\d+", str(value)) else ""
-                finite(where, value, parameter.unit, f"give a finite number{as_text}")
-                if abs(value) > (most := MOST_TIMES_PLAUSIBLE * max(abs(low), abs(high))):
-                    remedy = f"give at most {most:g} {parameter.unit}"
-                elif value < parameter.null <= low and not parameter.modifier:
-                    remedy = f"must be {parameter.null:g} or more"
-                else:
-                    continue
-                remedy = f"{remedy}; {low:g} to {high:g} is plausible"
-                raise InputError(where, f"{value:g}", parameter.unit, remedy)
-            loaded.append(made := cls(**{n: float(v) for n, v in numbers.items()}))
-            if all(float(getattr(made, n)) == p.null for n, p in cls.parameters.items()):
-                example = f"effects=[{{id:{cls.id},{next(iter(cls.parameters))}:...}}]"
-                raise InputError("effects", cls.id, "", f"it would do nothing; give numbers, e.g. {example}")
+        loaded += [_with_numbers(cls, numbers) for cls in classes.values()]
     ids = [e.id for e in loaded]
     for twice in {i for i in ids if ids.count(i) > 1}:
         raise InputError("effects", twice, "", "name each effect once")
     return tuple(loaded)
+
+
+def _with_numbers(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
+    """An effect of a class with its numbers; raises InputError for a wrong one, and where it would do nothing."""
+    for name, value in numbers.items():
+        if name not in cls.parameters:
+            remedy = f"its parameters are {', '.join(cls.parameters)}"
+            raise InputError(f"effects.{cls.id}.{name}", value, "", remedy)
+        _check_number(f"effects.{cls.id}.{name}", value, cls.parameters[name])
+    made = cls(**{n: float(v) for n, v in numbers.items()})
+    if all(float(getattr(made, n)) == p.null for n, p in cls.parameters.items()):
+        example = f"effects=[{{id:{cls.id},{next(iter(cls.parameters))}:...}}]"
+        raise InputError("effects", cls.id, "", f"it would do nothing; give numbers, e.g. {example}")
+    return made
+
+
+def _check_number(name: str, value: Any, parameter: Parameter) -> None:
+    """Raise InputError for what is no number, is far from plausible, or is below a smallest value."""
+    as_text = " (write 2.0e-5, not 2e-5)" if re.fullmatch(r"[+-]?\d+e[+-]?\d+", str(value)) else ""
+    number = finite(name, value, parameter.unit, f"give a finite number{as_text}")
+    low, high = parameter.plausible
+    most, bounds = MOST_TIMES_PLAUSIBLE * max(abs(low), abs(high)), ""
+    if abs(number) > most:
+        bounds = f"give at most {most:g} {parameter.unit}"
+    elif number < parameter.null <= low and not parameter.modifier:
+        bounds = f"must be {parameter.null:g} or more"
+    if bounds:
+        raise InputError(name, f"{number:g}", parameter.unit, f"{bounds}; {low:g} to {high:g} is plausible")
 
 
 def save_effects(

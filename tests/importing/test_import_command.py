@@ -11,6 +11,7 @@ from belt_sim.campaign import read_campaign
 from belt_sim.commands import cli
 from belt_sim.commands.campaigns import ask_in_terminal
 from belt_sim.commands.cli import run_command
+from belt_sim.errors import InputError
 from belt_sim.importing import read, understand
 from belt_sim.importing.mapping import mapping_of
 
@@ -151,6 +152,12 @@ def test_an_existing_campaign_is_replaced_only_when_asked(tmp_path, monkeypatch)
         import_files(["*.csv"], tmp_path / "out", mapping=mapping, pictures=False)
     import_files(["*.csv"], tmp_path / "out", mapping=mapping, pictures=False, overwrite=True)
     assert (tmp_path / "out" / "notes.txt").read_text() == "mine"
+
+
+@pytest.mark.parametrize("mapping", [[1, 2], 3, True])
+def test_a_mapping_of_the_wrong_kind_is_refused_in_a_line(mapping, tmp_path):
+    with pytest.raises(InputError, match=r"mapping = .*: give a mapping, or the name of a YAML file"):
+        import_files(["a.csv"], tmp_path / "out", mapping=mapping)
 
 
 def test_a_draft_names_every_question(tmp_path):
