@@ -253,10 +253,6 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
                 raise BeltError(f"{argument}: needs a value, as {argument} NAME")
             flags.append(rest.pop(0))
     known = known_keys(command)
-    if not set(flags) - set(SWEEP) and not any(o.startswith("+") or "searchpath" in o for o in overrides):
-        for key in (o.partition("=")[0] for o in overrides if "=" in o):  # at once: Hydra takes a while to load
-            if re.fullmatch(r"\w+", key) and key not in known:
-                raise BeltError(f"{key}: no such key{nearest(key, known)}")
     own = [flags[k + 1] for k, flag in enumerate(flags[:-1]) if flag in ("-cd", "--config-dir")]
     own += [flag.partition("=")[2] for flag in flags if flag.startswith(("-cd=", "--config-dir="))]
     for argument in overrides:

@@ -47,7 +47,6 @@ from belt_sim.io import (
     file_hash,
     read_json,
     write_json,
-    write_text,
     write_with,
 )
 
@@ -58,7 +57,6 @@ except ImportError:  # not on this system: runs in one folder at once are the us
 
 RUN_SCHEMA = "belt-run/1"
 NOTES = ".hydra"  # folder of what is said about a run
-FAILED = "failed.txt"
 CASES = ".cases"
 BUSY = "another run is at work there"
 CASE_LOST = "its process or job was lost (killed, out of memory or of time); run the same command again"
@@ -198,7 +196,6 @@ class RunDir:
         """
         again = "" if self.case is None else self.why_not_done()
         if again is None:
-            (self.path / FAILED).unlink(missing_ok=True)
             print(f"done before, kept: {self.path}", flush=True)
             if self.config.get("objective") is None:
                 return None
@@ -219,7 +216,6 @@ class RunDir:
                 stack.enter_context(_lock(notes / "lock", "hydra.run.dir", self.path, remedy))
                 clear_drafts(self.path)
                 clear_drafts(notes)
-                (self.path / FAILED).unlink(missing_ok=True)
             return task(self, **({} if computed is None else {"computed": computed}))  # type: ignore[no-any-return]
 
 
@@ -227,41 +223,32 @@ def run_task(config: DictConfig, *, command: str, computed: Any = None) -> float
     """What Hydra calls: the command in its folder, or what is left of it to do; returns the number that a search reads.
 
     computed: curves that a batch has found for the case. A failure is one line and counted (``note_end``); a case of a
-    sweep that fails has it in failed.txt, stops no other case, and counts in a search as the worst there is.
+    sweep that fails stops no other, and counts in a search as the worst there is.
     """
     hydra: Any = HydraConfig.get()
-    many, nothing = hydra.mode == RunMode.MULTIRUN, None
-    if many and (direction := OmegaConf.select(hydra, "sweeper.direction")) is not None:
-        nothing = -inf if "maximize" in str(direction) else inf
-    if many and (why := failing_alike(hydra)):
-        note_end(hydra, "", why)
-        return nothing
+    many, direction = hydra.mode == RunMode.MULTIRUN, OmegaConf.select(hydra, "sweeper.direction")
+    worst = -inf if "maximize" in str(direction) else inf
+    value = worst if many and direction is not None else None
     run: RunDir | None = None
-    failure, value = "", None
+    failure = failing_alike(hydra) if many else ""
     try:
-        run = RunDir.of_hydra(config, hydra, command)
-        note_end(hydra, run.path.name, CASE_LOST) if many else None
-        value = run.carry_out(computed)
-        at_work.pop("notes", None)
+        if not failure:
+            run = RunDir.of_hydra(config, hydra, command)
+            note_end(hydra, run.path.name, CASE_LOST) if many else None
+            value = run.carry_out(computed)
+            at_work.pop("notes", None)
     except BeltError as error:
         failure = str(error)
-    except OSError as error:
-        failure = explain(error, run.path if run else "hydra.run.dir")
-        if error.filename == OUTPUT:
-            at_work["crash"] = error
-            return nothing
     except Exception as error:
-        failure = f"{type(error).__name__}: {error}"
-        if not many:
+        if getattr(error, "filename", None) == OUTPUT or not (many or isinstance(error, OSError)):
             at_work["crash"] = error  # Hydra would print words of its own
-            return nothing
-        traceback.print_exception(error, file=sys.stderr)
-    if failure and many and run is not None:
-        try:
-            write_text(run.path / FAILED, " ".join(failure.split()) + "\n")
-        except OSError as error:  # a disk that takes nothing more does not stop the other cases
-            print(f"belt-sim: {run.path} = {error.strerror or error}", file=sys.stderr)
-    elif failure and hydra.output_subdir is not None and BUSY not in failure:
+            return value
+        if isinstance(error, OSError):
+            failure = explain(error, run.path if run else "hydra.run.dir")
+        else:
+            failure = f"{type(error).__name__}: {error}"
+            traceback.print_exception(error, file=sys.stderr)
+    if failure and not many and hydra.output_subdir is not None and BUSY not in failure:
         # refused: nothing stays where Hydra alone noted something
         folder = Path(hydra.runtime.output_dir)
         with suppress(OSError):
@@ -269,7 +256,7 @@ def run_task(config: DictConfig, *, command: str, computed: Any = None) -> float
                 shutil.rmtree(folder / NOTES, ignore_errors=True)
                 folder.rmdir()
     note_end(hydra, run.path.name if run else "", failure)
-    return nothing if failure else value
+    return value
 
 
 FREE_THE_DISK = "free the disk; what was finished is kept"
@@ -367,53 +354,54 @@ class Sweep(Callback):
             at_work["notes"] = {path: path.read_bytes() for path in notes.glob("*.yaml")}
 
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
-        """Lock the folder and begin its notes; end the process where another sweep is at work there, values are none or
-        wrong, or a search has nothing to seek."""
+        """Lock the folder and begin its notes; end the process where another sweep is at work there, or where the sweep
+        cannot be."""
         folder = Path(config.hydra.sweep.dir)
         with _end_process_where_refused(config):
             if self.stop_after is not None:
                 whole("hydra.callbacks.sweep.stop_after", self.stop_after, otherwise="null or ")
-
-            # no sweep of no values, and none of a range that Hydra's sort() makes one of other numbers
-            params = OmegaConf.select(config, "hydra.sweeper.params") or {}
-            typed = [*(f"{key}={value}" for key, value in params.items()), *config.hydra.overrides.task]
-            with suppress(HydraException):  # which the sweeper says
-                parser = OverridesParser.create(config_loader=GlobalHydra.instance().config_loader())
-                given = {parsed.get_key_element(): parsed for parsed in parser.parse_overrides(typed)}
-                for key, sweep in given.items():
-                    if not sweep.is_discrete_sweep():
-                        continue
-                    text, values = str(sweep.input_line).partition("=")[2], sorted(map(str, sweep.sweep_iterator()))
-                    if not values:
-                        raise InputError(key, text, "", "a sweep of no values; give one at least")
-                    inner = re.search(r"range\((?:[^()]|\([^()]*\))*\)", text) if "sort(" in text else None
-                    bare = parser.parse_override(f"x={inner.group()}") if inner else sweep
-                    if bare.is_range_sweep() and sorted(map(str, bare.sweep_iterator())) != values:
-                        remedy = "Hydra sorts this range wrongly; write it upwards, as range(10,41,10)"
-                        raise InputError(key, text, "", remedy)
-
+            _refuse_values(config)
             if OmegaConf.select(config, "hydra.sweeper.direction") is not None:
-                objective = OmegaConf.select(config, "objective")
-                if objective is None:
-                    remedy = "a search makes a number small: state it, as "
-                    remedy += "objective={start: 10, within: 0.5, beyond: 0.2}"
-                    raise InputError("objective", "null", "", remedy)
-                prepare_jax(OmegaConf.select(config, "engine") not in (None, *ON_ONE_CORE))
-                from belt_sim.commands.cases import CentringGoal
-
-                with suppress(OmegaConfBaseException):  # raised for what the trials have yet to fill in
-                    if OmegaConf.is_config(objective):
-                        objective = OmegaConf.to_container(objective, resolve=True, throw_on_missing=True)
-                    CentringGoal.from_setting(objective)
-                import optuna
-
-                optuna.logging.set_verbosity(optuna.logging.WARNING)
+                _refuse_search(config)
             folder.mkdir(parents=True, exist_ok=True)
             clear_drafts(folder)
             remedy = "another sweep is at work there; wait for it, or give this one a folder of its own"
             lock = _lock(folder / CASES, "hydra.sweep.dir", folder, remedy)
             lock.truncate(0)
             at_work.update(config=config, lock=lock)
+
+
+def _refuse_values(config: DictConfig) -> None:
+    """Raise InputError for a sweep of no values, and for a sorted range, whose ends Hydra loses."""
+    params = OmegaConf.select(config, "hydra.sweeper.params") or {}
+    typed = [*(f"{key}={value}" for key, value in params.items()), *config.hydra.overrides.task]
+    with suppress(HydraException):  # which the sweeper says
+        parser = OverridesParser.create(config_loader=GlobalHydra.instance().config_loader())
+        swept = {o.get_key_element(): o for o in parser.parse_overrides(typed) if o.is_discrete_sweep()}
+        for key, sweep in swept.items():
+            text = str(sweep.input_line).partition("=")[2]
+            if re.match(r"sort\(\s*range\(", text):
+                raise InputError(key, text, "", "Hydra sorts ranges wrongly; write it upwards, as range(10,41,10)")
+            if next(sweep.sweep_iterator(), None) is None:
+                raise InputError(key, text, "", "a sweep of no values; give one at least")
+
+
+def _refuse_search(config: DictConfig) -> None:
+    """Raise InputError for a search that has no objective, or one that cannot be."""
+    objective = OmegaConf.select(config, "objective")
+    if objective is None:
+        remedy = "a search makes a number small: state it, as objective={start: 10, within: 0.5, beyond: 0.2}"
+        raise InputError("objective", "null", "", remedy)
+    prepare_jax(OmegaConf.select(config, "engine") not in (None, *ON_ONE_CORE))
+    from belt_sim.commands.cases import CentringGoal
+
+    with suppress(OmegaConfBaseException):  # raised for what the trials have yet to fill in
+        if OmegaConf.is_config(objective):
+            objective = OmegaConf.to_container(objective, resolve=True, throw_on_missing=True)
+        CentringGoal.from_setting(objective)
+    import optuna
+
+    optuna.logging.set_verbosity(optuna.logging.WARNING)
 
 
 @contextmanager
@@ -471,45 +459,9 @@ def end_sweep() -> None:
     cases = [case for _, case in sorted(ends.items()) if not why or case["failed"] != why]
     failures = [case["failed"] for case in cases if case["failed"]]
     at_work.setdefault("failures", []).extend(failures)
-    best = folder / "optimization_results.yaml"
     if len(cases) > 1 and OmegaConf.select(config, "hydra.job.name") == "simulate":
-        # sweep.csv, pictures of the sweep, and one recording of all its runs where they were recorded
-        import pandas as pd
-
-        from belt_sim.api.plot import numbers_first
-        from belt_sim.show.curves import draw_sweep, read_run, record_sweep
-
-        rows: list[dict[str, Any]] = []
-        there: list[Path] = []
-        typed = [dict(o.lstrip("+").split("=", 1) for o in case["overrides"] if "=" in o) for case in cases]
-        swept = [key for key in typed[0] if len({own.get(key) for own in typed}) > 1]
-        for case, own in zip(cases, typed, strict=True):
-            path, failed, told = folder / case["run"], case["failed"] or None, dict[str, Any]()
-            if not failed:
-                try:
-                    summary = read_json(path / "summary.json")
-                    told = {k: summary[k] for k in ("model", "tension_n_per_mm2", "yaw_deg", "travel_m", "settled")}
-                    told |= {f"rate{k}_mm_per_m": v for k, v in summary["rate_mm_per_m"].items()}
-                    told |= {f"offset_{k}_mm": v for k, v in summary["offset_mm"].items()}
-                    told |= {"steady_rate_mm_per_m": summary.get("steady_rate_mm_per_m")}
-                    there.append(path)
-                except (BeltError, OSError, KeyError, TypeError) as error:
-                    failed, told = f"summary.json is damaged: {error}", {}
-            rows.append(
-                {"run": case["run"]} | {key: own[key] for key in swept if key in own} | told | {"failed": failed}
-            )
-        rows.sort(key=lambda row: row["failed"] is not None)
-        table = pd.DataFrame(rows)
-        write_with(folder / "sweep.csv", lambda path: table.to_csv(path, index=False))
-        if there:
-            with numbers_first("the pictures of the sweep"):
-                finished = [read_run(path) for path in there]
-                if config.pictures is True:
-                    draw_sweep(folder, finished)
-                if config.watch == "rrd" and any(run.curves is not None for run in finished):
-                    record_sweep(folder / "sweep.rrd", finished)
-        some = f", {len(rows) - len(there)} of them failed" if len(there) < len(rows) else ""
-        print(f"sweep of {len(rows)} runs{some}: {folder / 'sweep.csv'}", flush=True)
+        _write_table(folder, cases, config)
+    best = folder / "optimization_results.yaml"
     if OmegaConf.select(config, "hydra.sweeper.direction") is not None and best.is_file():
         if len(failures) == len(cases):
             best.unlink()
@@ -519,3 +471,39 @@ def end_sweep() -> None:
             print(f"best of {len(cases)}: {found.get('best_value')} with {found.get('best_params')}")
     (folder / CASES).unlink(missing_ok=True)
     at_work.pop("lock").close()
+
+
+def _write_table(folder: Path, cases: Sequence[Mapping[str, Any]], config: DictConfig) -> None:
+    """sweep.csv, what failed last; pictures of the sweep, and one recording of its runs where they were recorded."""
+    import pandas as pd
+
+    from belt_sim.api.plot import numbers_first
+    from belt_sim.show.curves import draw_sweep, read_run, record_sweep
+
+    rows: list[dict[str, Any]] = []
+    typed = [dict(o.lstrip("+").split("=", 1) for o in case["overrides"] if "=" in o) for case in cases]
+    swept = [key for key in typed[0] if len({own.get(key) for own in typed}) > 1]
+    for case, own in zip(cases, typed, strict=True):
+        told, failed = dict[str, Any](), case["failed"] or None
+        try:
+            if not failed:
+                summary = read_json(folder / case["run"] / "summary.json")
+                told = {k: summary[k] for k in ("model", "tension_n_per_mm2", "yaw_deg", "travel_m", "settled")}
+                told |= {f"rate{k}_mm_per_m": v for k, v in summary["rate_mm_per_m"].items()}
+                told |= {f"offset_{k}_mm": v for k, v in summary["offset_mm"].items()}
+                told |= {"steady_rate_mm_per_m": summary.get("steady_rate_mm_per_m")}
+        except (BeltError, OSError, KeyError, TypeError) as error:
+            failed, told = f"summary.json is damaged: {error}", {}
+        rows.append({"run": case["run"]} | {key: own[key] for key in swept if key in own} | told | {"failed": failed})
+    rows.sort(key=lambda row: row["failed"] is not None)
+    table = pd.DataFrame(rows)
+    write_with(folder / "sweep.csv", lambda path: table.to_csv(path, index=False))
+    there = [folder / row["run"] for row in rows if not row["failed"]]
+    with numbers_first("the pictures of the sweep"):
+        finished = [read_run(path) for path in there]
+        if config.pictures is True and there:
+            draw_sweep(folder, finished)
+        if config.watch == "rrd" and any(run.curves is not None for run in finished):
+            record_sweep(folder / "sweep.rrd", finished)
+    some = f", {len(rows) - len(there)} of them failed" if len(there) < len(rows) else ""
+    print(f"sweep of {len(rows)} runs{some}: {folder / 'sweep.csv'}", flush=True)

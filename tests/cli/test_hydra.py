@@ -227,14 +227,6 @@ def test_a_sweep_whose_first_cases_fail_alike_stops(launcher, mine, capsys):
     assert len(pd.read_csv(mine / "s" / "sweep.csv")) == 3
 
 
-def test_a_good_case_takes_its_failure_away(mine):
-    case = mine / "s" / "model=rope,pictures=False,tension=30,travel=2"
-    assert run_command(["simulate", "-m", *ROPE, "tension=30,40", "hydra.sweep.dir=s"]) == 0
-    (case / "failed.txt").write_text("of another sweep", encoding="utf-8")
-    assert run_command(["simulate", "-m", *ROPE, "tension=30,40", "hydra.sweep.dir=s"]) == 0
-    assert not (case / "failed.txt").exists()
-
-
 @pytest.mark.parametrize("name", ["a=b#1", "it's x,y", "~one[2] Förderband"])
 def test_paths_need_no_quotes(mine, name, capsys):
     (mine / name).mkdir()
