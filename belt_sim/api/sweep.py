@@ -39,8 +39,6 @@ from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 if TYPE_CHECKING:
     import pandas as pd
 
-    from belt_sim.api.table import SweepTable
-
 #: setting -> (name of its column, what one unit is in SI)
 SWEPT_SETTINGS = {
     "tension": ("tension_n_per_mm2", N_PER_MM2),
@@ -88,7 +86,7 @@ def sweep(
     at: Sequence[float] | None = None,
     workers: int | None = None,
     tell: Callable[[float], None] = lambda share: None,
-) -> "SweepTable":
+) -> "pd.DataFrame":
     """A table of the grid of all values, a row a case: late rates, positions, offsets, overshoot, slackest edge,
     whether the rates have settled.
 
@@ -98,7 +96,7 @@ def sweep(
 
     travel [m]: None gives steady rates in closed form alone; at [m]: travels at which positions are told, None for 1
     and 10; workers: threads, None for one a core; tell: hears what share of the cases is newly done.
-    ``table.plot()`` draws it, as ``bs.plot``; ``table.attrs["beyond"]``: limits of validity, a sentence each. Raises
+    ``bs.plot`` draws the table; ``table.attrs["beyond"]``: limits of validity, a sentence each. Raises
     InputError, CannotRepresent.
     """
     if travel is None and at is not None:
@@ -134,11 +132,11 @@ def sweep(
             for column, numbers in work(values[part]).items():
                 told.setdefault(column, np.full(count, np.nan))[part] = numbers
             tell(len(part) / count)
-    from belt_sim.api.table import SweepTable
+    import pandas as pd
 
     if "settled" in told:
         told["settled"] = told["settled"] == 1.0
-    table = SweepTable(dict(zip((a.column for a in axes), columns, strict=True)) | {"model": chosen} | told)
+    table = pd.DataFrame(dict(zip((a.column for a in axes), columns, strict=True)) | {"model": chosen} | told)
     table.attrs["axes"] = {a.column: len(a.values) for a in axes}
     table.attrs["beyond"] = grid.beyond(table, model)
     return table

@@ -381,7 +381,7 @@ def _refuse_values(config: DictConfig) -> None:
         for key, sweep in swept.items():
             text = str(sweep.input_line).partition("=")[2]
             if re.match(r"sort\(\s*range\(", text):
-                raise InputError(key, text, "", "Hydra sorts ranges wrongly; write it upwards, as range(10,41,10)")
+                raise InputError(key, text, "", "Hydra sorts this range wrongly; write it upwards, as range(10,41,10)")
             if next(sweep.sweep_iterator(), None) is None:
                 raise InputError(key, text, "", "a sweep of no values; give one at least")
 
