@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # the same names for editors and type checkers
     from belt_sim.campaign.folder import read_campaign as read_campaign
     from belt_sim.campaign.folder import write_campaign as write_campaign
+    from belt_sim.campaign.kinematics import suspicions as suspicions
+    from belt_sim.campaign.quality import Suspicion as Suspicion
     from belt_sim.campaign.quality import leave_out_bad_readings as leave_out_bad_readings
-    from belt_sim.campaign.quality import suspicions as suspicions
-    from belt_sim.campaign.records import Suspicion as Suspicion
     from belt_sim.campaign.types import BeltSheet as BeltSheet
     from belt_sim.campaign.types import Campaign as Campaign
     from belt_sim.campaign.types import CampaignError as CampaignError
@@ -27,8 +27,8 @@ if TYPE_CHECKING:  # the same names for editors and type checkers
 _HOMES = {
     "folder": ("read_campaign", "write_campaign"),
     "types": ("CampaignError",),
-    "records": ("Suspicion",),
-    "quality": ("leave_out_bad_readings", "suspicions"),
+    "quality": ("Suspicion", "leave_out_bad_readings"),
+    "kinematics": ("suspicions",),
 }
 _PLACES = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -1,4 +1,6 @@
-"""Data-quality checks by the motion that all belts share: repeats, exchanged columns, turned signs, guides."""
+"""Data-quality checks by the motion that all belts share (repeats, exchanged columns, turned signs, guides), and all
+checks in one.
+"""
 
 import math
 from collections import defaultdict
@@ -10,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from belt_sim.campaign.records import (
+from belt_sim.campaign.quality import (
     FEWEST_ON_LINE,
     FEWEST_READINGS,
     FEWEST_RUNS,
@@ -18,7 +20,13 @@ from belt_sim.campaign.records import (
     Severity,
     Suspicion,
     SuspicionKind,
+    check_gaps,
+    check_noise,
+    check_record,
+    check_starts,
+    check_travel,
     counted_from_yaw,
+    leave_out_bad_readings,
     pairs_at,
     records_of,
 )
@@ -451,3 +459,54 @@ def check_guide(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
             sentence += " in nearly all runs: a guide seems to steer the belt; switch it off, or record"
             found.append(Suspicion(None, (name,), "guided", f"{sentence} what it does as yaw in runs.csv"))
     return found
+
+
+def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
+    """Return everything that looks like a slip of the hand or a broken sensor, severity "stop" first.
+
+    Spikes and short dropouts, and records that one check finds broken, are left out of the later checks.
+    """
+
+    def others(records: list[Record], suspected: list[Suspicion]) -> list[Record]:
+        """The records that none of these suspicions concerns."""
+        of = {(s.run, s.signals) for s in suspected}
+        return [r for r in records if not of & {(run, s) for run in (None, r.run.name) for s in ((), (r.sheet.name,))}]
+
+    gaps = check_gaps(campaign)
+    campaign, left_out = leave_out_bad_readings(campaign)
+    records = records_of(campaign)
+    broken = [s for record in records for s in check_record(record)]
+    found, seen = [*left_out, *broken, *gaps], dict[tuple[str, bytes], str]()
+    for record in records:  # runs that hold the readings of another run
+        if len(np.unique(record.readings)) < FEWEST_READINGS:
+            continue
+        first = seen.setdefault((record.sheet.name, record.readings.tobytes()), record.run.name)
+        if first != record.run.name:
+            sentence = f"has the very readings of run {first}: one of the two was copied; leave it out"
+            found.append(Suspicion(record.run.name, (record.sheet.name,), "same_place", sentence))
+    found += check_travel(campaign)
+    sound = others(records, broken)
+    found += check_noise(sound)
+    sound = counted_from_yaw(others(sound, [s for s in found if s.kind == "unit_slip"]))
+    shifts = check_starts(campaign, sound)
+    sound = others(sound, shifts)
+    found += [*shifts, *check_running_start(campaign, sound), *check_leads(campaign, sound)]
+    known = [s for s in found if s.kind in ("swapped", "wrong_sign", "unit_slip")]
+    for turned in check_signs(sound):  # unless a suspicion that is known explains it too
+        if not any(k.run in (None, turned.run) and (not k.signals or {*turned.signals} <= {*k.signals}) for k in known):
+            found.append(turned)
+    found += [*check_wraps(campaign, sound), *check_places(campaign, sound)]
+    # the largest place y0 off the middle of the pulleys that no belt has that lies on them
+    width = campaign.belt.width.value
+    far = [(run.y0, run.name) for run in campaign.runs if run.y0 is not None and abs(run.y0) > 0.5 * width]
+    if far:
+        y0, name = max(far, key=lambda place: abs(place[0]))
+        sentence = (
+            f"the belt stands y0 = {y0 / MM:.4g} mm off the middle of the pulleys, which is {abs(y0) / width:.3g}"
+        )
+        sentence += " times its width: y0_mm in runs.csv counts from there"
+        sentence += f" (so in {len(far)} of {len(campaign.runs)} runs)" if len(far) > 1 else ""
+        found.append(Suspicion(name, (), "shifted", sentence, "stop" if abs(y0) > width else "look"))
+    if not any(s.severity == "stop" for s in found):
+        found += check_guide(campaign, sound)
+    return tuple(sorted(found, key=lambda s: s.severity != "stop"))

@@ -8,7 +8,7 @@ import numpy as np
 
 from belt_sim.campaign import Suspicion
 from belt_sim.campaign.kinematics import check_running_start
-from belt_sim.campaign.records import counted_from_yaw, records_of
+from belt_sim.campaign.quality import counted_from_yaw, records_of
 from belt_sim.diagnosis.decide import POLICY, needed_gain
 from belt_sim.diagnosis.drawings import drawings, label
 from belt_sim.diagnosis.errors import cells, errors_of, held_out, lateral_rms, locate_failure, run_errors

@@ -9,8 +9,7 @@ from statistics import NormalDist
 import numpy as np
 
 from belt_sim.campaign import Campaign, Suspicion
-from belt_sim.campaign.quality import check_starts
-from belt_sim.campaign.records import counted_from_yaw, records_of
+from belt_sim.campaign.quality import check_starts, counted_from_yaw, records_of
 from belt_sim.campaign.types import Kind
 from belt_sim.curves import LATE_SHARE
 from belt_sim.diagnosis.fit import Fit, bounded_step, step_bounds

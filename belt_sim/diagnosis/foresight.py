@@ -13,7 +13,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, Suspicion, case_of, leave_out_bad_readings, suspicions
 from belt_sim.campaign.kinematics import check_repeats
-from belt_sim.campaign.records import Severity, records_of
+from belt_sim.campaign.quality import Severity, records_of
 from belt_sim.campaign.sheet_doubts import BY_RUN, CONTINUOUS, SheetMistake, sheet_mistakes
 from belt_sim.campaign.types import rig_of, shortlist
 from belt_sim.diagnosis.decide import UnknownEvidence

@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.campaign import Campaign, Run, SignalSheet, case_of, leave_out_bad_readings
-from belt_sim.campaign.records import reading_at_yaw
+from belt_sim.campaign.quality import reading_at_yaw
 from belt_sim.campaign.types import sensor_place
 from belt_sim.case import Case
 from belt_sim.curves import SensorPlace

@@ -12,7 +12,7 @@ import pandas as pd
 
 from belt_sim.campaign import Run
 from belt_sim.campaign.folder import RATES, REPEAT_TOLERANCE, RUN_NUMBERS, UNKNOWN_RUN_IN
-from belt_sim.campaign.records import SPIKE, few_spikes, reading_at_yaw, resolution, scatter
+from belt_sim.campaign.quality import SPIKE, few_spikes, reading_at_yaw, resolution, scatter
 from belt_sim.campaign.types import SteadyRate, did_you_mean, shortlist
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import LoggedTable, Note

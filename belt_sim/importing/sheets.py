@@ -19,7 +19,7 @@ from scipy.interpolate import BSpline
 
 from belt_sim.campaign import Campaign, Run, SignalSheet, Source
 from belt_sim.campaign.folder import put_folder, read_plan, runs_text, sheet_tree
-from belt_sim.campaign.records import resolution, scatter, scatter_of_wander
+from belt_sim.campaign.quality import resolution, scatter, scatter_of_wander
 from belt_sim.campaign.sheet import field_texts
 from belt_sim.campaign.types import PLACES, BeltSheet, Machine, Quantity, SettingsSheet, did_you_mean, kind_at
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from belt_sim.campaign.records import resolution, scatter
+from belt_sim.campaign.quality import resolution, scatter
 from belt_sim.campaign.types import shortlist
 from belt_sim.importing.columns import LoggedTable, Note
 from belt_sim.importing.mapping import Question, ask

@@ -17,7 +17,7 @@ from pydantic import (
     computed_field,
 )
 
-from belt_sim.campaign.records import Suspicion
+from belt_sim.campaign.quality import Suspicion
 from belt_sim.results import words
 from belt_sim.results.errors import CampaignLabel, Drawings, Errors, RunError, Where, error_grid
 from belt_sim.results.estimates import (

@@ -7,8 +7,7 @@ import pytest
 from roped_campaign import damaged, roped_campaign
 
 from belt_sim.campaign import leave_out_bad_readings, suspicions
-from belt_sim.campaign.quality import NOISE_FACTOR, check_travel
-from belt_sim.campaign.records import SPIKE, records_of, spike_sizes
+from belt_sim.campaign.quality import NOISE_FACTOR, SPIKE, check_travel, records_of, spike_sizes
 
 #: Clean campaigns looked at; the thresholds leave room for one false alarm in thousands, none is expected.
 CLEAN = 40

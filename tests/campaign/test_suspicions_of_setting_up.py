@@ -9,7 +9,7 @@ from roped_campaign import LENGTH, RADIUS, SPACING, WHITE, YAW, damaged, roped_c
 
 from belt_sim.campaign import Quantity, suspicions
 from belt_sim.campaign.kinematics import check_guide, check_repeats
-from belt_sim.campaign.records import records_of
+from belt_sim.campaign.quality import records_of
 from belt_sim.virtual_rig.make import make_campaign
 
 

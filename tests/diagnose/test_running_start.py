@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import belt_sim as bs
-from belt_sim.campaign.kinematics import check_repeats
-from belt_sim.campaign.quality import suspicions
+from belt_sim.campaign.kinematics import check_repeats, suspicions
 from belt_sim.campaign.types import rig_of
 from belt_sim.diagnosis.foresight import free_starts, sheet_evidence
 from belt_sim.discovery.law_search import LawSearch

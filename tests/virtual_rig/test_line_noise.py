@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from belt_sim.campaign.quality import check_noise
-from belt_sim.campaign.records import records_of
+from belt_sim.campaign.quality import check_noise, records_of
 from belt_sim.virtual_rig import Noise, Plan, RunSetting, make_campaign
 from belt_sim.virtual_rig.hidden import Detectability, changes, fault_from_spec, scale_to_size
 from belt_sim.virtual_rig.march import TrueErrors, draw_errors, stated_data, true_line
