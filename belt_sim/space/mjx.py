@@ -61,8 +61,7 @@ T = TypeVar("T")
 
 
 class MjxModel(NamedTuple):
-    """What stands still in a run. mjx: MJX's model; belt: what its nodes are tied by; settle [s]: time over
-    which a wobble sets in."""
+    """What stands still in a run. mjx: MJX's model; belt: what ties its nodes; settle [s]: wobbles set in."""
 
     mjx: mjx.Model
     belt: BeltArrays
@@ -91,8 +90,7 @@ class MjxData(NamedTuple):
     waiting: Array | None = None
 
 
-#: further columns of the curves
-EXTRA = {"tail_x": run.READING["tail_x"], "belt_speed": run.READING["speed"]}
+EXTRA = {"tail_x": run.TAIL_X, "belt_speed": run.SPEED}  # further columns of the curves
 
 
 def command(
@@ -123,8 +121,8 @@ def diverged(model: MjxModel, data: MjxData) -> Array:
 
 @dataclass(frozen=True)
 class PreparedCase:
-    """A case ready to be stepped: its scene, the model, and the belt laid round the pulleys at rest; compiled: the
-    MjModel that MJX was given, without the belt's membrane or bonds; spec: the specification of the whole scene."""
+    """A case ready to be stepped, its belt laid round the pulleys at rest; compiled: the MjModel that MJX was given,
+    without the belt's membrane or bonds; spec: of the whole scene."""
 
     case: Case
     scene: SceneLayout
@@ -169,10 +167,9 @@ def prepare_cases(
 ) -> list[PreparedCase]:  # fmt: skip
     """Cases of one mesh, ready to be stepped: one MJCF is compiled and handed to MJX, with each case's own numbers.
 
-    Cases may differ in tension, yaw, speed, friction, material, effects. belt: "flex" or "grid"; options: of all
-    or of each, fitted or to be fitted; parts: the scenes as effects change them; features: in the batch, None = in
-    these cases; spec: of ``scene``, with actuators and sensors added. Raises InputError for an option that it does not
-    obey.
+    Cases may differ in tension, yaw, speed, friction, material, effects. belt: "flex" or "grid"; options: of all or of
+    each; parts: the scenes as effects change them; features: in the batch, None = in these cases; spec: of ``scene``,
+    with actuators and sensors added. Raises InputError for an option that it does not obey.
     """
     asked = [options or Options()] * len(cases) if isinstance(options, Options | None) else list(options)
     refuse_unobeyed(asked[0], belt, "mjx")
@@ -219,9 +216,9 @@ def prepare_cases(
 
 
 def nodes_of(shape: BatchShape, flat: Array) -> Array:
-    """Values by node (m, 3, n) of values by coordinate, those of the pulleys left out."""
-    flat = flat[STATION_JOINTS:] if flat.shape[0] == STATION_JOINTS + 3 * shape.lines * shape.stations else flat
-    return jnp.moveaxis(flat.reshape(shape.stations, shape.lines, 3), 0, -1)
+    """Values by node (m, 3, n) of values by coordinate, of which the last are the nodes'."""
+    nodes = flat[-3 * shape.lines * shape.stations :].reshape(shape.stations, shape.lines, 3)
+    return jnp.moveaxis(nodes, 0, -1)
 
 
 def flat_of(base: Array, nodes: Array) -> Array:
@@ -313,12 +310,12 @@ def step(model: MjxModel, data: MjxData, command: run.Command) -> MjxData:
 
 
 def carried_state(data: MjxData) -> MjxData:
-    """Without what MJX computes anew every step: the carry of a loop of steps is small."""
+    """Without what MJX computes anew every step."""
     return data._replace(mjx=(data.mjx.qpos, data.mjx.qvel, data.mjx.time))
 
 
 def restored_state(data: MjxData, still: mjx.Data) -> MjxData:
-    """The data of ``carried_state`` with MJX's own of any instant, ``still``, for what a step computes anew."""
+    """The data of ``carried_state`` with MJX's own of any instant, ``still``."""
     qpos, qvel, time = data.mjx
     return data._replace(mjx=still.replace(qpos=qpos, qvel=qvel, time=time))
 
@@ -326,9 +323,9 @@ def restored_state(data: MjxData, still: mjx.Data) -> MjxData:
 def march(model: MjxModel, data: MjxData, commands: run.Command, *, piece: int = 0) -> tuple[MjxData, Array]:
     """The data after many steps, and what the instruments read after each, (steps, 20).
 
-    commands: with a leading axis of steps (``plan`` makes those of a case). piece: for ``jax.grad`` backwards through
-    thousands of steps: so many steps are one piece, of which only the beginning is kept on the way there; on the way
-    back a piece is run once more, and its steps one by one. Memory goes with steps / piece + piece; 0 = keep all.
+    commands: with a leading axis of steps (``plan`` makes those of a case). piece: for ``jax.grad`` through thousands
+    of steps: of so many steps only the beginning is kept, and on the way back they are run once more; memory goes with
+    steps / piece + piece; 0 = keep all.
     """
     still = data.mjx
 
@@ -354,14 +351,10 @@ def plan(ready: PreparedCase, travel: float) -> run.Command:
     return run.plan_in_time(ready.scene, travel)[0]
 
 
-# MJX, and how it is used.
-
-
 def plain_model(spec: mujoco.MjSpec, dt: float) -> mujoco.MjModel:
-    """The compiled model of ``spec`` without flex, tendons, equalities and key frames, for steps of ``dt`` [s].
+    """The compiled model of ``spec``, which loses flex, tendons, equalities and key frames, for steps of ``dt`` [s].
 
-    The spec loses them for good. Key frames and sizes of geoms are part of what JAX compiles for: the former go and the
-    latter, only seen, are rounded to 0.1 mm, so that cases share what is compiled.
+    Cases share what is compiled: key frames are part of it, and sizes of geoms, only seen, which are rounded to 0.1 mm.
     MJX's own implicit damping is off: the belt's step has the damping already.
     """
     for elements in (spec.flexes, spec.tendons, spec.equalities, spec.keys):
@@ -377,11 +370,8 @@ def plain_model(spec: mujoco.MjSpec, dt: float) -> mujoco.MjModel:
 
 
 def to_mjx(model: mujoco.MjModel, qpos: np.ndarray) -> tuple[mjx.Model, mjx.Data]:
-    """The model and its data at rest at ``qpos``, on JAX.
-
-    MJX commits them to a device. The results of a step would be committed as well, unlike a command or the data before
-    the first step, and ``jax.jit`` would compile everything once more for them. So they are returned uncommitted.
-    """
+    """The model and its data at rest at ``qpos``, on JAX, not committed to a device as MJX has them: ``jax.jit`` would
+    compile everything once more for the committed results of a step."""
     data = mujoco.MjData(model)
     data.qpos[:] = qpos
     mujoco.mj_forward(model, data)
@@ -394,10 +384,8 @@ def stack_cases(trees: Sequence[T]) -> tuple[T, Any]:
 
     MJX keeps some fields as part of the structure, so cases must come from one compiled scene.
     """
-    parts = [jax.tree.flatten(tree) for tree in trees]
-    structure = parts[0][1]
-    leaves, axes = [], []
-    for some in zip(*(leaves for leaves, _ in parts), strict=True):
+    structure, leaves, axes = jax.tree.structure(trees[0]), [], []
+    for some in zip(*map(jax.tree.leaves, trees), strict=True):
         first = np.asarray(some[0])
         same = all(leaf is some[0] or np.array_equal(first, leaf, equal_nan=True) for leaf in some[1:])
         leaves.append(some[0] if same else np.stack([np.asarray(leaf) for leaf in some]))
@@ -421,21 +409,17 @@ if _bodies_of is not None:
     setattr(scan, SLOW_TEXT, _once_a_model)
 
 
-# Runs: one case, or a batch of cases of one mesh at once.
-
 SEGMENT = 50  # steps of one compiled call: at most 0.1 m of travel at 1 ms and 2 m/s
 
 
 class TimeCase(NamedTuple):
-    """A case to be run over ``travel`` [m], prepared together with others of its kind; stations: of its mesh."""
+    """A case, to be prepared with others of its kind; stations: of its mesh; alike: belt, features, travel [m]."""
 
     case: Case
-    belt: str
-    travel: float
     options: Options
     parts: SceneParts
-    features: ActiveFeatures
     stations: int
+    alike: tuple[str, ActiveFeatures, float]
     kind: Hashable
 
 
@@ -447,22 +431,21 @@ def lay_time_case(
         why = f"model = mujoco_{belt} without bending stiffness"
         raise CannotRepresent(f"{why}: engine=mjx cannot do this; use engine=native")
     fit_options(options, case, "flex", "mjx")  # here, what it refuses stops no other case of a batch
-    stations, direction = stations_of(case, options.dx), math.copysign(1.0, float(case.settings.direction))
-    kind = belt, stations, direction, replace(options, belt_speed=None, dt=None), features, travel
-    return TimeCase(case, belt, travel, options, parts, features, stations, kind)
+    stations, alike = stations_of(case, options.dx), (belt, features, travel)
+    kind = alike, stations, float(np.sign(float(case.settings.direction))), replace(options, belt_speed=None, dt=None)
+    return TimeCase(case, options, parts, stations, alike, kind)
 
 
 def run_time_cases(
     cases: Sequence[TimeCase], chunk: int | None, observers: Sequence[Sequence[Observer]] = ()
 ) -> Iterator[list[Curves | SimulationError]]:
     """Curves of cases of one kind, chunk by chunk; observers: of each case, or none; see BatchEngine."""
-    one = cases[0]
-    size = min(chunk or run.cases_per_chunk(one.stations, one.options.across), len(cases))
+    belt, features, travel = cases[0].alike
+    size = min(chunk or run.cases_per_chunk(cases[0].stations, cases[0].options.across), len(cases))
     for begin in range(0, len(cases), size):
-        some = cases[begin : begin + size]
-        own: dict[str, Any] = {"options": [c.options for c in some], "parts": [c.parts for c in some]}
-        ready = prepare_cases([c.case for c in some], belt=one.belt, features=one.features, **own)
-        yield run_prepared(ready, one.travel, observers[begin : begin + size])
+        several, options, parts, *_ = zip(*cases[begin : begin + size], strict=True)
+        ready = prepare_cases(several, belt=belt, options=options, parts=parts, features=features)
+        yield run_prepared(ready, travel, observers[begin : begin + size])
 
 
 @in_float64
@@ -475,7 +458,7 @@ def run_prepared(
     models, still, data = jax.device_put((models, ready[0].data.mjx, data))
     plans = [plan(r, travel) for r in ready]
     leaves, structure = jax.tree.flatten(axes, is_leaf=lambda v: v is None)
-    segment_of = compile_batch(tuple(leaves), structure)
+    march_segment = compile_batch(tuple(leaves), structure)
     steps, widths = np.array([len(p.travel) for p in plans]), np.array([float(r.case.belt.width) for r in ready])
     watched = [(k, run.Recorder(ready[k].scene, own, EXTRA)) for k, own in enumerate(observers) if own]
     options = [one.scene.options for _, one in watched]
@@ -492,7 +475,7 @@ def run_prepared(
         used = np.arange(until) >= begin - 1
         used[begin:] &= made.speed[begin:until] > 0.0  # a belt that stands for a yaw step is in no row
         rows = table[:until][used]
-        rows[:1, [run.READING["travel"], run.READING["speed"]]] = 0.0, made.speed[begin]
+        rows[:1, [run.TRAVEL_ROW, run.SPEED]] = 0.0, made.speed[begin]
         so_far = run.curves_in_time(ready[k].scene, rows, EXTRA)
         if until == len(table):
             return so_far
@@ -506,7 +489,7 @@ def run_prepared(
         pending = None
         for begin in range(0, len(commands.travel[0]), segment):
             now = slice(begin, begin + segment)
-            data, reads = segment_of(models, still, data, jax.tree.map(lambda c, now=now: c[:, now], commands))
+            data, reads = march_segment(models, still, data, jax.tree.map(lambda c, now=now: c[:, now], commands))
             if pending is not None:  # readings are fetched while the next segment runs
                 found.append(np.asarray(pending))
                 if not run.is_on_pulleys(found[-1][:, -1], widths).any():
@@ -528,15 +511,14 @@ def run_prepared(
     return [curves(k) for k in range(len(ready))]
 
 
-def run_steps(model: MjxModel, still: mjx.Data, data: MjxData, commands: run.Command) -> tuple[MjxData, Array]:
-    """The data (as of ``carried_state``) after several steps, and the readings (steps, 20)."""
-    after, read = march(model, restored_state(data, still), commands)
-    return carried_state(after), read
-
-
 @cache
 def compile_batch(leaves: tuple[int | None, ...], structure: Any):
-    """``run_steps`` of a batch whose models differ by these axes, made once, so that JAX compiles it once."""
+    """``march`` from and to ``carried_state``, of a batch whose models differ by these axes; made and compiled once."""
+
+    def run_steps(model: MjxModel, still: mjx.Data, data: MjxData, commands: run.Command) -> tuple[MjxData, Array]:
+        after, read = march(model, restored_state(data, still), commands)
+        return carried_state(after), read
+
     axes = jax.tree.unflatten(structure, leaves)
     return jax.jit(jax.vmap(run_steps, in_axes=(axes, None, 0, 0)), donate_argnums=2)
 

@@ -15,7 +15,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.line.hooks import IN_MARCH, as_indicated, call_hook, overrides
 from belt_sim.scene_parts import SceneParts
-from belt_sim.space.options import CONTACTS, ENGINES, OBEYED, WATCHED, Options, fit_options, refuse_unobeyed
+from belt_sim.space.options import BELTS, CONTACTS, ENGINES, OBEYED, WATCHED, Options, fit_options, refuse_unobeyed
 from belt_sim.units import N_PER_MM2, two_digits
 from belt_sim.validity import limits
 
@@ -30,19 +30,17 @@ _TITLES = {"rope": "particle rope in 3D", "grid": "grid of bonded particles in 3
 FOLDS = 2.0
 #: of the tension, by which a line that is nearly slack may be pressed: with stations 8 mm apart one at 0.13 folded
 _SLACKER = 0.2
-#: settings that are fields of the model and no numbers of Options
-_NO_OPTIONS = ("engine", "contact", "scene")
-#: hooks of effects that act through the belt's width, which a rope does not have
-_THROUGH_WIDTH = ("span", "hold", "runup", "slide")
+_NO_OPTIONS = ("engine", "contact", "scene")  # settings that are fields of the model
+_THROUGH_WIDTH = ("span", "hold", "runup", "slide")  # hooks of effects that act through it, which a rope does not have
 
 
 @dataclass(frozen=True, kw_only=True)
 class SpaceModel:
     """A 3D belt: "rope", "grid" or "flex".
 
-    options: how it is discretised and driven; engine: "native" (MuJoCo, step by step in time), "mjx" (MuJoCo MJX, in
-    time and in batches) or "quasi_static" (static equilibria in JAX, in batches); contact: one of CONTACTS; scene: the
-    path of an MJCF or an MjSpec that is run instead of the case's own, carried by contacts.
+    engine: "native" (MuJoCo, step by step in time), "mjx" (MuJoCo MJX, in time and in batches) or "quasi_static"
+    (static equilibria in JAX, in batches); contact: one of CONTACTS; scene: the path of an MJCF or an MjSpec that is
+    run instead of the case's own, carried by contacts.
     """
 
     belt: str = "flex"
@@ -52,10 +50,11 @@ class SpaceModel:
     scene: Any = None
 
     def __post_init__(self) -> None:
-        if self.contact not in CONTACTS:
-            raise InputError("model.contact", self.contact, "", f"use {' or '.join(CONTACTS)}")
-        if self.engine not in ENGINES:
-            raise InputError("engine", self.engine, "", f"use {' or '.join(ENGINES)}")
+        for name, given, known in (
+            ("model.contact", self.contact, CONTACTS), ("engine", self.engine, ENGINES), ("belt", self.belt, BELTS)
+        ):  # fmt: skip
+            if given not in known:
+                raise InputError(name, given, "", f"use {' or '.join(known)}")
         if self.scene is not None and self.contact == CONTACTS[0]:
             object.__setattr__(self, "contact", CONTACTS[1])
 
@@ -89,17 +88,15 @@ class SpaceModel:
         if overrides(effect, IN_MARCH) and not in_scene:
             return "it has no geometry, so the 3D models refuse it"
         through = overrides(effect, _THROUGH_WIDTH) or effect.on_belt or effect.needs
-        if self.belt == "rope" and in_scene and through:
-            return "it acts through the width or the moment of the belt, and a rope has neither"
-        return None
+        rope = self.belt == "rope" and in_scene and through
+        return "it acts through the width or the moment of the belt, and a rope has neither" if rope else None
 
     def admit(self, effects: Sequence[Effect]) -> None:
         """Raise CannotRepresent for the first effect that the 3D belt cannot show, InputError for an option that its
         engine does not obey."""
         refuse_unobeyed(self.options, self.belt, self.engine, self.contact)
         for effect in effects:
-            reason = self.refusal(effect)
-            if reason:
+            if reason := self.refusal(effect):
                 raise CannotRepresent(f"effects = {effect.id}: {reason}; leave it out")
 
     def parts(self, case: Case, effects: Sequence[Effect]) -> SceneParts:

@@ -15,7 +15,7 @@ from jax.flatten_util import ravel_pytree
 from belt_sim.case import Case
 from belt_sim.case import Numbers as Array
 from belt_sim.curves import Curves, Observer
-from belt_sim.errors import InputError, SimulationError
+from belt_sim.errors import SimulationError
 from belt_sim.io import write_text
 from belt_sim.jax_setup import in_float64, jit_float64
 from belt_sim.scene_parts import SceneParts
@@ -23,15 +23,14 @@ from belt_sim.space import chain, run, wrap
 from belt_sim.space.belt import BeltArrays, active_features, belt_arrays, guide_forces, load_forces
 from belt_sim.space.elastic import twist_energy
 from belt_sim.space.mujoco_interface import Motion, Solver, compile_model, mjcf, silence_expected_warnings
-from belt_sim.space.options import BELTS, CONTACTS, HOLD_STIFFNESS, Options, fit_options, refuse_sliding_limp
+from belt_sim.space.options import CONTACTS, HOLD_STIFFNESS, Options, fit_options, refuse_sliding_limp
 from belt_sim.space.rolling_contact import ContactRun, Edited
 from belt_sim.space.scene import STATION_JOINTS, SceneLayout, build_scene, laid_coordinates, smoothstep, tie_lengths
 from belt_sim.space.wrap import TAIL
 
 
 class Fixed(NamedTuple):
-    """What stands still in a run: belt and tail pulley; rest [m], (n, m, 3): of the mesh; dt [s]; wobbled [s]: time
-    over which a wobble sets in."""
+    """What stands still in a run; rest [m], (n, m, 3): of the mesh; wobbled [s]: time over which a wobble sets in."""
 
     belt: BeltArrays
     tail: chain.TailPulley
@@ -69,9 +68,8 @@ class Instant(NamedTuple):
 
 class StepInput(NamedTuple):
     """What a step of MuJoCo starts from. free, (n,): whether a station lies on no pulley; nodes [m], (n, m, 3), where a
-    limp belt's new outermost stations have been moved; forces [N] on them; rest [m] and stiffness [N/m] of the springs,
-    of pulleys and guides, of the same shape; joints [rad, m], their rates, and the forces on them [N m, N], (3, 5);
-    fewest: links that lie on a pulley."""
+    limp belt's new outermost stations have been moved, forces [N] on them, rest [m] and stiffness [N/m] of their
+    springs; joints [rad, m], their rates, and the forces on them [N m, N], (3, 5); fewest: links on a pulley."""
 
     free: Array
     nodes: Array
@@ -259,10 +257,8 @@ class SpaceRun:
         def instant(steps: int, **at: float) -> tuple[np.ndarray, np.ndarray, float, np.ndarray]:
             """What the recorder is told after so many steps of the run-in and the run."""
             read = np.append(state.readings, steps)
-            read[[run.TRAVEL_ROW, run.SPEED]] = [
-                at.get("travel", read[run.TRAVEL_ROW]),
-                at.get("speed", read[run.SPEED]),
-            ]
+            for name, value in at.items():
+                read[run.READING[name]] = value
             return read, state.slides, float(state.instant[9]), state.instant[1:3]
 
         advancing = [o.advance for o in observers if hasattr(o, "advance")]  # who want to know the share that is made
@@ -303,13 +299,11 @@ def run_native(
 ) -> Curves:  # fmt: skip
     """Run ``case`` over ``travel`` [m] of belt and return its curves; y = 0 at travel 0.
 
-    belt: "rope", "grid" or "flex"; parts: what stands in the scene, None = as the case has it; scene_path: where to
-    write the MJCF; contact: one of CONTACTS; edited: with "mujoco", the scene that is run instead of the case's own.
-    Raises SimulationError, with the curves so far in its ``curves``, when the run diverges, and CannotRepresent for a
-    limp belt with finite friction: the friction law takes the place of the last station on a pulley for its own.
+    belt: one of BELTS; parts: what stands in the scene, None = as the case has it; scene_path: where to write the MJCF;
+    contact: one of CONTACTS; edited: with "mujoco", the scene that is run instead of the case's own. Raises
+    SimulationError, with the curves so far in its ``curves``, when the run diverges, and CannotRepresent for a limp
+    belt with finite friction: the friction law takes the place of the last station on a pulley for its own.
     """
-    if belt not in BELTS:
-        raise InputError("belt", belt, "", f"choose one of {', '.join(BELTS)}")
     options = options or Options()
     parts = parts or SceneParts.from_case(case, options.friction)
     if contact == CONTACTS[0]:

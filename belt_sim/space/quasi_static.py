@@ -1,8 +1,5 @@
-"""engine=quasi_static: the 3D belt as static equilibria, one case, or a batch of cases of one mesh at once.
-
-Inertia is left out: at a 35th of the string speed it does not matter. A step is a length of travel (pulleys, anchors,
-prediction, equilibrium, landing); what a run filters over time is filtered over the travel made in that time.
-"""
+"""engine=quasi_static: the 3D belt as static equilibria, without inertia, which does not matter at a 35th of the string
+speed. A step is a length of travel; what a run filters over time is filtered over the travel made in that time."""
 
 from collections.abc import Hashable, Iterator, Sequence
 from functools import partial
@@ -136,9 +133,8 @@ def find_equilibrium(
         nodes, tail = nodes + change.reshape(nodes.shape), tail + slid
         if turned is not None:
             there = jnp.zeros_like(nodes).at[..., places.stations].set(nodes)
-            moment = chain.belt_loads(
-                pulleys._replace(pose=pose), there, chain.pull_on_nodes(belt, there, command.share)
-            )[:, 2]
+            pull_there = chain.pull_on_nodes(belt, there, command.share)
+            moment = chain.belt_loads(pulleys._replace(pose=pose), there, pull_there)[:, 2]
             turned = jnp.where(more, compliance_step(belt, state.compliance_yaw, turned, moment, moved), turned)
         pose = chain.pose_of(belt, command, tail, turned)
         anchors = chain.anchor_positions(belt, pulleys._replace(pose=pose), places) + aside
@@ -298,10 +294,9 @@ def run_travel_cases(
             why = "the belt ran off its pulleys or its equilibrium was lost {where}: turn the yaw back earlier, "
             why += "shorten travel"
             if residual[end] > FRICTION_TOLERANCE:
-                why = (
-                    f"friction = {float(made.belt.friction):g}: how far nodes slide was not found {{where}}, to "
-                    f"{residual[end]:.2g} of the largest limit ({FRICTION_TOLERANCE:g} is allowed): raise model.steps"
-                )
+                why = f"friction = {float(made.belt.friction):g}: how far nodes slide was not found {{where}}, to "
+                most = f"{FRICTION_TOLERANCE:g} is allowed"
+                why += f"{residual[end]:.2g} of the largest limit ({most}): raise model.steps"
             found[-1] = run.failure_with(curves, f"{why}, or use engine=native")
         yield found
 

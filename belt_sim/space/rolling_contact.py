@@ -5,8 +5,7 @@ flags: boxes one chord long that ride on the nodes and end where the real belt's
 """
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TypeAlias
@@ -50,10 +49,8 @@ _READY, _NO_WEIGHT = 5e-4, 1e-6  # [m] before touchdown, [N]
 
 
 def build_contact(case: Case, belt: str, options: Options, parts: SceneParts) -> tuple[mujoco.MjSpec, SceneLayout]:
-    """The scene and its specification, not yet compiled; options: fitted to the case.
-
-    Raises CannotRepresent for parts without a rigid shape that a sphere can touch.
-    """
+    """The scene and its specification, not yet compiled; options: fitted to the case. Raises CannotRepresent for parts
+    without a rigid shape that a sphere can touch."""
     if belt != "flex":
         raise CannotRepresent(
             f"model.contact = mujoco: a {belt} lies quietly there but walks some 50 mm aside in a metre of travel; "
@@ -141,10 +138,8 @@ _NODE, _PULLEY, _FLAG_BIT, _USER = 8, 2, 4, 1
 CLEAR_OF_BELT = -4e-3  # [m], minus half the height of an edge flag, where rays at heights end
 _FLAGS_OVERLAP = 1.04  # length of an edge flag over a chord: the corners on a pulley would let a ray through
 _FIRST_LINE = 16  # bit of line 0 where every line of nodes meets a shell of its own
-_FLAG_FRICTION = 0.2
-_FLAG_TIME = (
-    0.01  # [s], of contacts with flags: were they as stiff as the nodes', steps between flags would stop a roller
-)
+#: of flags; [s] of contacts with them: were they as stiff as the nodes', steps between flags would stop a roller
+_FLAG_FRICTION, _FLAG_TIME = 0.2, 0.01
 _COLOURS = {"node": (0.75, 0.78, 0.82, 1.0), "flag": (0.2, 0.45, 0.8, 1.0)}
 
 
@@ -222,7 +217,7 @@ _SOFT = 100.0  # [N/m], of the spring that gives the tail pulley its nominal pul
 
 def _drive(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
     """Let the model's default state be the laid belt under its tension; key frame ``running``: at its speed. Sliders in
-    the units of the command line (m/s, N/mm2, degrees) add to the case's own values.
+    the units of the command line add to the case's own values.
 
     A flex is stress-free in the default state. So the machine stands there shorter by the belt's strain, its nodes sunk
     into the pulleys by as much; contacts and the pull on the tail stretch the belt within 20 ms.
@@ -294,22 +289,9 @@ def lower_ray(scene: SceneLayout) -> float:
 
 # A run of such a scene.
 
-#: an MjSpec, or the path of an MJCF
-Edited: TypeAlias = mujoco.MjSpec | str | Path
-
-
+Edited: TypeAlias = mujoco.MjSpec | str | Path  # the path of an MJCF
 _ACTUATORS = ("speed", "tension", "tail_yaw", "head_yaw")
 _JOINTS = ("head-yaw", "head-spin", "tail-slide", "tail-yaw", "tail-spin")  # in the order of HEAD_YAW ...
-
-
-@contextmanager
-def _one_line(shown: str) -> Iterator[None]:
-    """Make one line of what MuJoCo says of a scene that it cannot read or compile."""
-    try:
-        yield
-    except ValueError as error:
-        remedy = f"give an MJCF that belt-sim scene wrote ({' '.join(str(error).split())})"
-        raise InputError("model.scene", shown, "", remedy) from error
 
 
 class ContactRun:
@@ -320,11 +302,8 @@ class ContactRun:
         edited: Edited | None = None,
     ) -> None:  # fmt: skip
         """Build the scene (and write its MJCF): the belt laid round the pulleys, at its speed, ``scene.early`` before
-        travel 0; options: fitted to the case; edited: the scene that is run instead of the case's own.
-
-        Raises InputError for an edited scene that was made with other settings (yaw may differ), or that lacks the
-        case's joints, nodes, actuators or key frame.
-        """
+        travel 0; edited: the scene that is run instead. Raises InputError for one that was made with other settings
+        (yaw may differ), or that lacks the case's joints, nodes, actuators or key frame."""
         if parts.sets_in or parts.head.taper or parts.tail.taper:
             raise CannotRepresent(
                 "model.contact = mujoco: taper, yaw_offset, cant and lean would act before travel 0 already; "
@@ -334,9 +313,14 @@ class ContactRun:
         yaws = case.settings.yaw_head, case.settings.yaw
         self.mounted = np.array([float(yaw.last()) for yaw in yaws])  # [rad], where the sliders are at 0
         shown = str(edited) if isinstance(edited, str | Path) else ""
-        if edited is not None:
-            with _one_line(shown):
+        try:
+            if edited is not None:
                 spec = edited if isinstance(edited, mujoco.MjSpec) else mujoco.MjSpec.from_file(str(edited))
+            model = interface.compile_model(spec)
+        except ValueError as error:
+            remedy = f"give an MJCF that belt-sim scene wrote ({' '.join(str(error).split())})"
+            raise InputError("model.scene", shown, "", remedy) from error
+        if edited is not None:
             texts = [text.data for text in spec.texts if text.name == CASE]
             if not texts:
                 remedy = f'it has no text "{CASE}"; edit a scene that belt-sim scene wrote'
@@ -347,8 +331,6 @@ class ContactRun:
                     there = f"the scene was made with {made.get(name, 'nothing')}"
                     raise InputError(name, value, "", f"{there}: give that, or write a scene with {value}")
             self.mounted = np.array([float(made["yaw_head"]), float(made["yaw"])]) * DEGREE
-        with _one_line(shown):
-            model = interface.compile_model(spec)
         if scene_path is not None:
             write_text(scene_path, interface.mjcf(spec, story(scene)))
         stations, lines, kinds = range(scene.mesh.stations), range(scene.mesh.lines), mujoco.mjtObj
@@ -364,9 +346,8 @@ class ContactRun:
         of_joints = np.array(numbers[: len(joints)])  # wherever an edited scene has them
         self._places, self._rates = model.jnt_qposadr[of_joints], model.jnt_dofadr[of_joints]
         self.scene, self.model, self.data = scene, model, mujoco.MjData(model)
-        self.rim = float(np.sign(float(case.settings.direction))) * (
-            scene.loop.radius_head - NODE_RADIUS
-        )  # [m] of belt a turn of 1 rad
+        # [m] of belt a turn of 1 rad
+        self.rim = float(np.sign(float(case.settings.direction))) * (scene.loop.radius_head - NODE_RADIUS)
         # steps are made while the belt runs, within yaw_time: friction of contacts creeps at rest
         self.plan = YawPlan(case.settings, step_over=options.yaw_time * options.run_speed)
         self.travel, self.speed = -scene.early, 0.0
@@ -401,8 +382,14 @@ class ContactRun:
         mesh, qpos = self.scene.mesh, self.data.qpos[self._places]
         slides = qpos[STATION_JOINTS:].reshape(mesh.rest.shape)
         tail_x = float(self.scene.case.rig.centre_distance) + float(qpos[TAIL_SLIDE])
-        x = (mesh.rest + slides).mean(axis=1)[:, 0]
-        ends = np.array([_wrap_ends(np.flatnonzero(on), mesh.stations) for on in (x <= 0.0, x >= tail_x)])
+        x, found = (mesh.rest + slides).mean(axis=1)[:, 0], []
+        for on in map(np.flatnonzero, (x <= 0.0, x >= tail_x)):  # consecutive numbers, modulo those of all stations
+            if not len(on):
+                where = "no node lies on a pulley: the belt has run off"
+                raise SimulationError(f"{where}; turn the yaw back earlier or raise the tension")
+            first = on[(np.argmax(np.diff(on, append=on[0] + mesh.stations)) + 1) % len(on)]
+            found.append((first, first + len(on) - 1))
+        ends = np.array(found)
         if ends[TAIL, 0] < ends[HEAD, 1]:  # the upper span runs from head to tail
             ends[TAIL] += mesh.stations
         read = np.asarray(_reading(self.arrays, np.moveaxis(mesh.rest + slides, 0, -1), *ends.T, tail_x, 0.0))
@@ -410,17 +397,3 @@ class ContactRun:
 
 
 _reading = jit_float64(reading)
-
-
-def _wrap_ends(stations: np.ndarray, n: int) -> tuple[int, int]:
-    """First and last of consecutive station numbers, modulo n: first in 0..n-1, last above it.
-
-    Raises SimulationError where there is none.
-    """
-    if not len(stations):
-        raise SimulationError(
-            "no node lies on a pulley: the belt has run off; turn the yaw back earlier or raise the tension"
-        )
-    gap = int(np.argmax(np.diff(stations, append=stations[0] + n)))
-    first = int(stations[(gap + 1) % len(stations)])
-    return first, first + len(stations) - 1

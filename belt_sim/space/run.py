@@ -1,7 +1,5 @@
-"""A run of the 3D belt around the steps of its engine: one plan of steps, one recorder, one batch wrapper on JAX.
-
-The plan says what every step is to reach, in time or in travel; the recorder makes curves and frames of readings.
-"""
+"""A run of the 3D belt around the steps of its engine: a plan of what every step is to reach, in time or in travel; a
+recorder, which makes curves and frames of readings; one batch wrapper on JAX."""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -57,7 +55,7 @@ class YawPlan:
             self.pulleys.append(list(zip(at.tolist(), over.tolist(), change.tolist(), strict=True)))
 
     def stops(self, until: float) -> set[float]:
-        """Travels [m] of the steps within the run."""
+        """Travels [m] of the steps before ``until``."""
         return {at for one in self.pulleys for at, over, change in one if over <= 0.0 and change and at < until}
 
     def angles(self, travel: Any, done: float) -> np.ndarray:
@@ -166,16 +164,13 @@ def plan_in_travel(settings: Settings, options: Options, travel: float, changes:
     return Command(*(c.reshape(len(recorded), steps, *c.shape[1:]) for c in columns)), np.array(recorded)
 
 
-#: rows of a reading
-POINTS, ANGLES, MOMENTS, EDGE_ROWS = slice(0, 4), slice(4, 8), slice(8, 10), slice(10, 12)
-TILT_ROWS, SAGS, TENSION_ROW = slice(12, 14), slice(14, 16), 16
-TAIL_X, TRAVEL_ROW, SPEED = 17, 18, 19
-#: the same by name: y of points 1-4 [m], angles there [rad], entry moments [N m], slack-edge stresses [Pa], tilts
+#: rows of a reading: y of points 1-4 [m], angles there [rad], entry moments [N m], slack-edge stresses [Pa], tilts
 #: [rad], sags [m], tension [Pa], x of the tail pulley [m], travel [m], belt speed [m/s]
 READING: dict[str, Any] = {
-    "y": POINTS, "angle": ANGLES, "moment": MOMENTS, "edge_stress": EDGE_ROWS, "tilt": TILT_ROWS, "sag": SAGS,
-    "tension": TENSION_ROW, "tail_x": TAIL_X, "travel": TRAVEL_ROW, "speed": SPEED,
+    "y": slice(0, 4), "angle": slice(4, 8), "moment": slice(8, 10), "edge_stress": slice(10, 12),
+    "tilt": slice(12, 14), "sag": slice(14, 16), "tension": 16, "tail_x": 17, "travel": 18, "speed": 19,
 }  # fmt: skip
+POINTS, _, MOMENTS, _, _, _, TENSION_ROW, TAIL_X, TRAVEL_ROW, SPEED = READING.values()
 
 
 def reading(belt: BeltArrays, nodes: Array, first: Array, last: Array, tail_x: Array, share: Array | float) -> Array:
@@ -248,23 +243,17 @@ def notify_observers(
 
 
 @dataclass
-class Computed:
+class Computed(Observer):
     """What a batch has found for a case: its curves, or why it failed, and the frames of one that was watched, of which
     it is the observer there; for the observers of the case's own run afterwards."""
 
     curves: Any = None
     frames: list[Frame] = field(default_factory=list)
 
-    def start(self, case: Case, travel: float) -> None:
-        """A run begins."""
-
     def frame(self, frame: Frame) -> None:
         """Keep it, in half the memory."""
         left, right = (np.asarray(edge, np.float32) for edge in (frame.left, frame.right))
         self.frames.append(replace(frame, left=left, right=right))
-
-    def finish(self, curves: Curves) -> None:
-        """Nothing to close."""
 
     def replay(self, observers: Sequence[Observer], case: Case, travel: float) -> Curves:
         """The curves, once the observers have seen the frames; raises the failure."""
@@ -288,9 +277,8 @@ _READINGS_PER_SAMPLE = 5  # a landing shakes the belt once per station; the curv
 class Recorder:
     """The readings of a run in time, of which its curves are made, and the frames that its observers get.
 
-    A reading (20 or more,) has travel [m] and speed [m/s] of the belt in its last places; extra: further columns of the
-    curves, by the place in a reading where each stands; next_reading [m]: travel from which the next one is wanted; a
-    belt that stands for a yaw step has none.
+    extra: further columns of the curves, by their place in a reading (20 or more,); next_reading [m]: travel from which
+    the next one is wanted; a belt that stands for a yaw step has none.
     """
 
     scene: SceneLayout
@@ -318,8 +306,7 @@ class Recorder:
         self.show(read, *at)
 
     def show(self, read: np.ndarray, slides: np.ndarray, time: float, yaw: np.ndarray, last: bool = False) -> None:
-        """Hand observers a frame, if one is due or this is the last: slides [m], (n, m, 3), of the nodes; time [s];
-        yaw [rad], (2,)."""
+        """Hand observers a frame, if one is due; slides [m], (n, m, 3), of the nodes; time [s]; yaw [rad], (2,)."""
         travel, every = float(read[TRAVEL_ROW]), self.scene.options.frame
         if not self.observers or not (travel >= self.next_frame or (last and travel > self.last_frame)):
             return
@@ -341,13 +328,13 @@ class Recorder:
             observer.frame(frame)
 
     def curves(self) -> Curves:
-        """Those of the readings so far."""
+        """Of the readings so far."""
         return curves_in_time(self.scene, np.array(self.table), self.extra)
 
 
 def curves_in_time(scene: SceneLayout, table: np.ndarray, extra: Mapping[str, int]) -> Curves:
-    """Curves of readings (k, 20 or more), the first of them at travel 0: means over options.sample of travel, each of
-    which ends with the first reading beyond it."""
+    """Curves of readings (k, 20 or more) from travel 0 on: means over options.sample of travel, each of which ends with
+    the first reading beyond it."""
     if not len(table):
         return curves_of(np.empty((max([SPEED, *extra.values()]) + 1, 0)), extra)
     travel, sample = table[:, TRAVEL_ROW], scene.options.sample
@@ -362,14 +349,13 @@ def curves_in_time(scene: SceneLayout, table: np.ndarray, extra: Mapping[str, in
 
 def curves_of(columns: np.ndarray, extra: Mapping[str, int]) -> Curves:
     """Curves from columns of readings (20 or more, k); y counts from the first; extra: more columns, by their place."""
-    y, sag = columns[POINTS] - columns[POINTS, :1], columns[SAGS].mean(axis=1) if columns.shape[1] else np.zeros(2)
-    more = {name: columns[k] for name, k in {"tension": TENSION_ROW, **extra}.items()}
-    others = {"angle": columns[ANGLES], "moment": columns[MOMENTS], "edge_stress": columns[EDGE_ROWS]}
-    return Curves(travel=columns[TRAVEL_ROW], y=y, tilt=columns[TILT_ROWS], sag=sag, extra=more, **others)
+    found = {name: columns[READING[name]] for name in ("travel", "y", "angle", "moment", "edge_stress", "tilt", "sag")}
+    found |= {"y": found["y"] - found["y"][:, :1]}
+    found |= {"sag": found["sag"].mean(axis=1) if columns.shape[1] else np.zeros(2)}
+    return Curves(**found, extra={name: columns[k] for name, k in {"tension": TENSION_ROW, **extra}.items()})
 
 
 _BYTES = 900  # of a case, a station and a pair of lines: 0.72-0.85 GB measured for 256 cases of the full rig
-_SMALL_GPU = 4e9  # bytes, where it does not say
 _MOST = 256  # cases of a chunk on one GPU: more are no faster, and more is lost when it is stopped
 
 
@@ -401,9 +387,9 @@ class BatchEngine:
     ) -> list[Curves | SimulationError]:  # fmt: skip
         """Curves of all cases, in order, over ``travel`` [m], at most ``chunk`` of them at once (None: as many as fit).
 
-        Cases may differ in everything but the mesh: tension [Pa], yaw schedules [rad], effects (parts), material. A
-        case that fails is a SimulationError, with the curves so far in its ``curves``, and stops no other. observers:
-        of each case, or of the first few (engine=mjx). Raises InputError for meshes with unlike numbers of stations.
+        Cases may differ in everything but the mesh. One that fails is a SimulationError, with the curves so far in its
+        ``curves``, and stops no other. observers: of each case, or of the first few (engine=mjx). Raises InputError for
+        meshes with unlike numbers of stations.
         """
         options = options or Options()
         parts = parts or [SceneParts.from_case(case, options.friction) for case in cases]
@@ -426,12 +412,11 @@ class BatchEngine:
 
 
 def cases_per_chunk(stations: int, lines: int) -> int:
-    """Cases at once on one device: on a GPU what half of its memory holds, but at most _MOST; on a CPU one, as more
-    gain nothing there."""
+    """Cases at once: on a GPU what half of its memory holds, but at most _MOST; on a CPU one, as more gain nothing."""
     device = jax.devices()[0]
     if device.platform == "cpu":
         return 1
-    memory = (device.memory_stats() or {}).get("bytes_limit", _SMALL_GPU)
+    memory = (device.memory_stats() or {}).get("bytes_limit", 4e9)  # of a small GPU, where it does not say
     return max(min(int(0.5 * memory / (_BYTES * stations * lines**2)), _MOST), 1)
 
 

@@ -504,8 +504,6 @@ def lay_out(case: Case, belt: str, options: Options, parts: SceneParts, *, path=
     loop, early = lay_loop(case, options.dx, path=path), options.run_in
     mesh = lay_mesh(belt, case, loop, options)
     if parts.camber is not None:
-        if mesh.lines == 1:
-            raise CannotRepresent("camber: a rope of particles has no width; use belt=flex or grid")
         shift = float(np.sign(float(case.settings.direction))) * early  # each link lies where it does at travel 0
         middle = loop.chord * (np.arange(mesh.stations) + 0.5) + shift
         mesh = replace(mesh, curvature=parts.camber(middle % (loop.chord * mesh.stations)))

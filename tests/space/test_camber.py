@@ -14,7 +14,6 @@ from belt_sim.model import analytic_model
 from belt_sim.space import Options
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.mujoco_interface import Solver, compile_model, mjcf
-from belt_sim.space.native import run_native
 from belt_sim.space.scene import build_scene, tie_lengths
 from studies.paper.case import ROPE_EXAMPLE
 
@@ -110,8 +109,6 @@ def test_camber_acts_by_its_share(belt):
 def test_a_rope_has_no_camber():
     with pytest.raises(CannotRepresent, match="weld: it acts through the width"):
         SpaceModel(belt="rope").run(CASE, [WELD], travel=1.0)
-    with pytest.raises(CannotRepresent, match="camber: a rope of particles has no width"):
-        run_native(CASE, belt="rope", travel=1.0, parts=SpaceModel().parts(CASE, [WELD]))
 
 
 @pytest.mark.long

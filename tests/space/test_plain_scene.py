@@ -16,12 +16,14 @@ from belt_sim.commands.cli import run_command
 from belt_sim.effects.base import library
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.io import MODEL_FOLDER
+from belt_sim.scene_parts import SceneParts
 from belt_sim.settings import make_case
 from belt_sim.show.terminal import resolve_watch
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.mujoco_interface import mjcf
-from belt_sim.space.options import Options
-from belt_sim.space.rolling_contact import CASE, _wrap_ends
+from belt_sim.space.options import Options, fit_options
+from belt_sim.space.rolling_contact import CASE, ContactRun
+from belt_sim.space.scene import STATION_JOINTS
 from belt_sim.space.scene_looks import DrawnBelt
 
 SHORT_RIG = MODEL_FOLDER / "scenes" / "short_rig.xml"
@@ -116,8 +118,12 @@ def test_the_reader_of_the_readme_reads_what_the_rays_read():
 
 
 def test_a_belt_that_has_left_a_pulley_is_one_line():
+    case, parts = make_case(**MACHINE), SceneParts.from_case(make_case(**MACHINE))
+    run = ContactRun(case, "flex", fit_options(Options(), case, "flex", "mujoco"), parts)
+    run._read(0, np.zeros(2))
+    run.data.qpos[run._places[STATION_JOINTS::3]] += 1.0  # along x
     with pytest.raises(SimulationError, match="the belt has run off"):
-        _wrap_ends(np.array([], dtype=int), 100)
+        run._read(0, np.zeros(2))
 
 
 def test_simulate_runs_an_edited_scene_and_a_file(tmp_path):
