@@ -342,7 +342,7 @@ def simulate_one(
     found = replace(found, curves=curves, beyond=with_run(beyond, case, chosen, curves, acting))
     if not isinstance(chosen, SpaceModel):
         return replace(found, keep=getattr(chosen, "keep", 0.0))
-    used = chosen.options_used(asked_of_engine(case, acting, travel)[0])
+    used = chosen.options_for(asked_of_engine(case, acting, travel)[0])
     details = {"options": asdict(used), "engine": chosen.engine, "contact": chosen.contact}
     details |= {"scene": scene_path.name} if scene_path and scene_path.is_file() else {}
     return replace(found, details=details, steady_rate=float(found.rates.mean()) if found.is_settled else None)

@@ -107,7 +107,8 @@ class SpaceModel:
         return parts
 
     def options_for(self, case: Case) -> Options:
-        """The options with the step that a yaw step of ``case`` bears, where none is given.
+        """The options of a run of ``case`` as its engine takes them: with the belt speed and, in time, the step that a
+        yaw step of the case bears.
 
         The yaw presses a line of nodes with P, by the strip law's entry moment (``validity``) and lines b / sqrt(12)
         from the middle, or by _SLACKER. The stiffest mode of such a line, a zigzag, has the eigenvalue -4 P / (m dx), m
@@ -117,29 +118,24 @@ class SpaceModel:
         step = max(np.abs(c).max(initial=0.0) for c in changes)
         tension, width = float(case.settings.tension), float(case.belt.width)
         beam = 4.0 * float(case.belt.bending_stiffness / case.rig.span_length) * step  # [N m], at most
-        held = "dt" in OBEYED[self.engine] and self.contact == CONTACTS[0] and self.belt != "rope"
-        least = (1.0 - _SLACKER) * math.sqrt(3.0)
+        by = self.engine if self.contact == CONTACTS[0] else self.contact
+        fitted = fit_options(self.options, case, self.belt, by)
+        if "dt" not in OBEYED[by]:
+            return replace(self.options, dt=None, belt_speed=fitted.belt_speed)
+        held, least = by == self.engine and self.belt != "rope", (1.0 - _SLACKER) * math.sqrt(3.0)
         if not held or not step or 6.0 * beam / (float(case.tension_force) * width) < least:
-            return self.options
+            return fitted
         straight = replace(case.settings, yaw=Schedule.step(step), yaw_head=Schedule.step(0.0))
         load = next(limit.load for limit in limits(replace(case, settings=straight)) if limit.id == "slack_edge")
-        if load < least:
-            return self.options
         pressure = tension * max(load / math.sqrt(3.0) - 1.0, _SLACKER)
         longest = two_digits(0.5 * FOLDS * self.options.dx * math.sqrt(float(case.belt.density) / pressure))
-        if fit_options(self.options, case, self.belt, self.engine).step <= longest:
-            return self.options
+        if load < least or fitted.step <= longest:
+            return fitted
         if self.options.dt is None:
-            return replace(self.options, dt=longest)
+            return fit_options(replace(self.options, dt=longest), case, self.belt, by)
         pressed = f"a yaw step may press an edge with {pressure / N_PER_MM2:.3g} N/mm2 and folds it"
         remedy = f"give at most {longest:.2g}: {pressed}; or make the yaw a ramp, or smaller"
         raise InputError("model.dt", self.options.dt, "s", remedy)
-
-    def options_used(self, case: Case) -> Options:
-        """The options of a run of ``case`` as its engine takes them, with the belt speed and, in time, the step."""
-        by = self.engine if self.contact == CONTACTS[0] else self.contact
-        fitted = fit_options(self.options_for(case), case, self.belt, by)
-        return fitted if "dt" in OBEYED[by] else replace(self.options, dt=None, belt_speed=fitted.belt_speed)
 
     def run(
         self, case: Case, effects: Sequence[Effect] = (), *, travel: float, observers: Sequence[Observer] = (),

@@ -55,6 +55,12 @@ MOST_CHORDS = 0.7
 AS_THE_CASE = "case"
 
 
+_MAY_BE_ZERO = ("friction", "run_in", "settle", "damping")
+_UNITS = {
+    **dict.fromkeys(("dx", "run_in", "sample", "frame"), "m"),
+    **dict.fromkeys(("dt", "settle", "yaw_time"), "s"),
+    **{"belt_speed": "m/s", "acceleration": "m/s2", "damping": "1/s", "across": "nodes"},
+}
 _SHARED = {"dx", "belt_speed", "friction", "run_in", "sample"}
 _IN_TIME = {"dt", "acceleration", "settle", "yaw_time", "damping", "frame"}
 #: the options that an engine obeys (native, and those in JAX, each a module with a BatchEngine of its name), those of a
@@ -105,23 +111,23 @@ class Options:
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value = getattr(self, field.name)
-            zero = field.name in _MAY_BE_ZERO
-            if isinstance(value, float) and not (value > 0.0 or (value == 0.0 and zero)):
-                remedy = "give 0 or a positive number" if zero else "give a positive number"
-                raise InputError(f"model.{field.name}", value, _UNITS.get(field.name, ""), remedy)
-        known = "longitudinal" in self.bonds and set(self.bonds) <= set(BONDS)
-        across, speed = self.across, self.belt_speed
-        for name, right, unit, remedy in (
-            ("across", across >= 1 and across % 1 == 0, "nodes", "give 1 (rope), 2 or more, a whole number"),
-            ("steps", self.steps >= 1 and self.steps % 1 == 0, "", "give a whole number, 1 or more"),
-            ("belt_speed", not isinstance(speed, str) or speed == AS_THE_CASE, "",
-             f"give m/s, {AS_THE_CASE}, or leave it out"),
-            ("tensioning", self.tensioning in TENSIONINGS, "", f"choose one of {', '.join(TENSIONINGS)}"),
-            ("bonds", known, "", f"longitudinal, and any of {', '.join(BONDS[1:])}"),
-        ):  # fmt: skip
+            name, value = field.name, getattr(self, field.name)
+            if value is None and field.default is None:
+                continue
+            number, zero = isinstance(value, int | float) and not isinstance(value, bool), name in _MAY_BE_ZERO
+            right = number and (value > 0.0 or (zero and value == 0.0))
+            remedy = "give 0 or a positive number" if zero else "give a positive number"
+            if name in ("across", "steps"):
+                right, remedy = number and value >= 1 and value % 1 == 0, "give a whole number, 1 or more"
+            elif name == "belt_speed":
+                right, remedy = right or value == AS_THE_CASE, f"give m/s, {AS_THE_CASE}, or leave it out"
+            elif name == "tensioning":
+                right, remedy = value in TENSIONINGS, f"choose one of {', '.join(TENSIONINGS)}"
+            elif name == "bonds":
+                right = isinstance(value, tuple) and "longitudinal" in value and set(value) <= set(BONDS)
+                remedy = f"give a list: longitudinal, and any of {', '.join(BONDS[1:])}"
             if not right:
-                raise InputError(f"model.{name}", getattr(self, name), unit, remedy)
+                raise InputError(f"model.{name}", value, _UNITS.get(name, ""), remedy)
 
     @staticmethod
     def from_settings(settings: Mapping[str, Any]) -> "Options":
@@ -130,28 +136,23 @@ class Options:
         for key, value in settings.items():
             if key not in known:
                 raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}, contact, scene")
-            if value is None:
-                continue
-            in_words = key == "belt_speed" and isinstance(value, str)
-            kind: Any = type(known[key]) if known[key] is not None else str if in_words else float
-            number = isinstance(value, (int, float)) and not isinstance(value, bool)
-            if not (isinstance(value, (list, tuple)) if kind is tuple else number or kind is str):
-                remedy = "give a list" if kind is tuple else "give a number"
-                raise InputError(f"model.{key}", value, _UNITS.get(key, ""), remedy)
-            if kind is int and value % 1 != 0:
-                raise InputError(f"model.{key}", value, _UNITS.get(key, ""), "give a whole number")
-            given[key] = tuple(map(str, value)) if kind is tuple else kind(value)
+            if isinstance(value, list | tuple):
+                given[key] = tuple(map(str, value))
+            elif isinstance(value, int | float) and not isinstance(value, bool):
+                given[key] = int(value) if isinstance(known[key], int) and value % 1 == 0 else float(value)
+            elif value is not None:
+                given[key] = value
         return Options(**given)
 
     @property
     def step(self) -> float:
-        """A step in time [s] of options that were fitted to a case (``fit_options``)."""
+        """A step in time [s], of options that were fitted to a case."""
         assert self.dt is not None
         return self.dt
 
     @property
     def run_speed(self) -> float:
-        """Belt speed [m/s] of options that were fitted to a case (``fit_options``)."""
+        """Belt speed [m/s], of options that were fitted to a case."""
         assert isinstance(self.belt_speed, float)
         return self.belt_speed
 
@@ -159,16 +160,16 @@ class Options:
 def refuse_unobeyed(options: Options, belt: str, engine: str, contact: str = CONTACTS[0]) -> None:
     """Raise InputError for an option that differs from its default and that would change nothing here."""
     by, how = (engine, f"engine={engine}") if contact == CONTACTS[0] else (contact, f"model.contact={contact}")
-    how = "a scene" if by == "scene" else how
     for field in fields(Options):
         value = getattr(options, field.name)
         if value == field.default or field.name in OBEYED[by] | OF_BELT[belt]:
             continue
         if field.name in OF_BELT["grid"]:
             how, others = f"mujoco_{belt}", [f"model=mujoco_{b}" for b, own in OF_BELT.items() if field.name in own]
+        elif by == "scene":
+            how, others = "a scene", ["belt-sim simulate"]
         else:
             others = [f"engine={e}" for e in ENGINES if field.name in OBEYED[e]]
-            others = ["belt-sim simulate"] if by == "scene" else others
         remedy = f"{how} does not obey it: leave it out, or use {' or '.join(others)}"
         raise InputError(f"model.{field.name}", value, "", remedy)
 
@@ -182,14 +183,6 @@ def refuse_sliding_limp(belt: str, options: Options, parts: SceneParts) -> None:
     """Raise CannotRepresent for a limp belt with finite friction: it sticks at the last station on a pulley."""
     if math.isfinite(parts.friction) and is_limp(belt, options):
         raise CannotRepresent(f"model.friction = {parts.friction:g}: a limp belt sticks here; leave it out")
-
-
-_MAY_BE_ZERO = ("friction", "run_in", "settle", "damping")
-_UNITS = {
-    **dict.fromkeys(("dx", "run_in", "sample", "frame"), "m"),
-    **dict.fromkeys(("dt", "settle", "yaw_time"), "s"),
-    **{"belt_speed": "m/s", "acceleration": "m/s2", "damping": "1/s", "across": "nodes"},
-}
 
 
 #: String speed over belt speed. Landings shake the spans; at a 35th of it sag and tension stay within 1 %.
@@ -218,10 +211,7 @@ _DEEPEST = 1e-7  # [m] by which tension may press a node in: y is 1.3 % off at 0
 #: belt does not press it back
 _ROLLED_OFF = 8000.0
 _LIMP_DRAG = 2.0  # times string speed / span length: a third of critical for the lowest sway of a span
-
-
-#: [s], a step in time, unless told otherwise
-USUAL_STEP_TIME = 1e-3
+USUAL_STEP_TIME = 1e-3  # [s], unless told otherwise
 #: [m] of travel that a step of engine=mjx takes at least. A slow belt's waves are as slow (``accurate_speed``), so that
 #: they are resolved as a fast one's are: test rig, 7 N/mm2, 2.3 for 1 ms: y within 0.05 % of the largest, moments 0.7 %
 _WAY_OF_STEP = USUAL_STEP_TIME * _FASTEST

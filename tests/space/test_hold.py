@@ -67,7 +67,7 @@ def test_a_yaw_step_that_would_fold_the_belt_is_refused_before_the_run(tension, 
 ])  # fmt: skip
 def test_a_yaw_step_that_runs_is_not_refused(tension, yaw, options):
     asked = Options(**({"dt": 1e-3} | options))
-    assert SpaceModel(options=asked).options_for(paper_case(tension, np.radians(yaw), ROPE_EXAMPLE)) == asked
+    assert SpaceModel(options=asked).options_for(paper_case(tension, np.radians(yaw), ROPE_EXAMPLE)).dt == asked.dt
 
 
 def test_a_slow_belt_on_mjx_takes_steps_of_the_same_travel():

@@ -39,7 +39,7 @@ def test_every_option_stands_in_the_configuration_and_nothing_else(belt):
         ({"steps": float("inf")}, "model.steps = inf: .* whole"),
         ({"dx": 0.0}, "model.dx = 0.0 m: give a positive"),
         ({"friction": -1}, "model.friction = -1.0: give 0 or a positive"),
-        ({"dt": "short"}, "model.dt = short s: give a number"),
+        ({"dt": "short"}, "model.dt = short s: give a positive number"),
         ({"tail_mass": 3}, "use one of dx, .*, steps, contact, scene"),
     ],
 )
@@ -67,9 +67,9 @@ def test_a_result_says_at_which_step_and_speed_it_was_run():
     slow, folds = paper_case(7.0), paper_case(7.0, 0.005, ROPE_EXAMPLE)
     pace = string_speed(slow) / SLOWNESS
     for engine, step in (("native", 1e-3), ("mjx", 2e-3 / pace), ("quasi_static", None)):
-        used = SpaceModel(engine=engine).options_used(slow)
+        used = SpaceModel(engine=engine).options_for(slow)
         assert (used.dt, used.belt_speed) == (pytest.approx(step), pytest.approx(pace))
-    assert SpaceModel().options_used(folds).step < 1e-3
+    assert SpaceModel().options_for(folds).step < 1e-3
     brief = {"name": "mujoco_flex", "dx": 0.04, "run_in": 0.02, "settle": 0.05, "belt_speed": 0.2, "acceleration": 3.0}
     found = bs.simulate(paper_case(60.0, rig=ROPE_EXAMPLE), model=brief, travel=0.1)
     assert found.details["options"]["dt"] == 1e-3
