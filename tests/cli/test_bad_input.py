@@ -19,7 +19,7 @@ WRONG = [
     (["tension"], "write key=value"),
     (["tension=[1,2"], "write key=value"),
     (["~tension"], "tension: is left out, and simulate needs it"),
-    (["--tension=4"], "no such flag"),
+    (["--tension=4"], "--tension=4: no such flag"),
     (["model=rope", "effects=[sag_roll]"], "model rope has no span law for sag_roll"),
     (["speed=50", "effects=[{id: speed_tension, share: 140}]"], "effects leave none"),
     (["model=ritzinger", "effects=[sag_roll]"], "reads no effects"),
