@@ -149,7 +149,7 @@ def run_hydra(command: str, settings: Sequence[str]) -> int:
     typed = [f"./{a}" if a.startswith("-") and Path(a).is_file() else a for a in settings]
     given, unknown = parser.parse_known_intermixed_args(typed)
     for flag in (a for a in unknown if a.startswith("-")):
-        near = nearest(flag.partition("=")[0], [*parser._option_string_actions])
+        near = nearest(flag.partition("=")[0], [o for o in parser._option_string_actions if o != "--version"])
         raise BeltError(f"{flag}: no such flag{near} (settings are written key=value)")
     flags = [a for a in typed if a not in given.overrides]
     if command == "import":  # its bare file names become files=[...], quoted as Hydra wants it
