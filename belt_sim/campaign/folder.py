@@ -62,42 +62,44 @@ COUNTED = {"yaw_at": 1.0, "start": -1.0}
 FREE = ("yaw_at_u", "start", "run_in", "y0")
 
 
-# ---- tables of any kind
-
-
 @dataclass(frozen=True)
 class CsvTable:
     """A table that remembers the line of every row.
 
-    columns: name -> stripped text of every row; lines: line of every row, from 1, ascending; problems: list to which
-    wrong cells are appended.
+    columns: name -> stripped text of every row; lines: line of every row, from 1, ascending; rows: run -> its rows;
+    problems: list to which wrong cells are appended.
     """
 
     file: str
     columns: dict[str, list[str]]
     lines: list[int]
+    rows: dict[str, list[int]]
     problems: list[Problem]
 
-    def numbers(self, name: str, bounds: Range, *, unit: str | None = None, blank: float | None = None) -> np.ndarray:
-        """Return a column in SI, shape (rows,).
+    def texts(self, name: str) -> list[str]:
+        """The cells of a column; blanks where there is none."""
+        return self.columns.get(name, [""] * len(self.lines))
 
-        A blank cell becomes ``blank``, or a problem if that is None. A wrong cell becomes a problem and nan.
+    def numbers(
+        self, name: str, bounds: Range, *, unit: str | None = None, instead: Mapping[str, float] | None = None
+    ) -> np.ndarray:
+        """Return a column in SI, shape (rows,); instead: what cells that hold no number stand for, as {"": 0.0}.
+
+        A wrong cell becomes a problem and nan.
         """
-        unit = bounds.unit if unit is None else unit
-        cells = self.columns[name]
+        unit, cells, instead = bounds.unit if unit is None else unit, self.texts(name), instead or {}
         written = np.full(len(cells), math.nan)
         for row, cell in enumerate(cells):  # nan where it holds no number (or 1_000, which only Python reads)
             with suppress(ValueError):
-                written[row] = float(cell) if "_" not in cell else math.nan
+                written[row] = instead[cell] if cell in instead else float(cell) if "_" not in cell else math.nan
         with np.errstate(over="ignore"):  # what overflows is refused as implausible
             si = written * UNITS[unit][1]
         for row in np.flatnonzero(~bounds.holds(si)).tolist():
-            si[row] = math.nan if cells[row] or blank is None else blank
-            if not cells[row] and blank is None:
-                self.refuse(row, name, None, unit, "is blank; state a number")
-            elif cells[row] and not math.isfinite(written[row]):
-                self.refuse(row, name, cells[row], unit, "must be a finite number, with a decimal point")
-            elif cells[row]:
+            cell, si[row] = cells[row], math.nan
+            if not math.isfinite(written[row]) and cell not in instead:
+                remedy = "must be a finite number, with a decimal point" if cell else "is blank; state a number"
+                self.refuse(row, name, cell or None, unit, remedy)
+            elif cell not in instead:
                 try:
                     bounds.check(float(written[row]), unit, name=name)
                 except InputError as error:
@@ -106,80 +108,66 @@ class CsvTable:
 
     def refuse(self, row: int | str, name: str, value: object, unit: str, remedy: str) -> None:
         """Append a problem for one wrong cell of a row, or of the first row of a run."""
-        line = self.lines[self.columns["run"].index(row) if isinstance(row, str) else row]
+        line = self.lines[self.rows[row][0] if isinstance(row, str) else row]
         self.problems.append(Problem(file=self.file, line=line, name=name, value=value, unit=unit, remedy=remedy))
 
 
-def parse_table(
+def _table(
     text: str, file: str, required: tuple[str, ...], known: tuple[str, ...] | None, problems: list[Problem]
 ) -> CsvTable | None:
-    """Split a table into columns; return None if the header or the number of cells in a row is wrong.
+    """Split a table into columns; None if the header or the number of cells in a row is wrong.
 
     known: all allowed columns (None allows any). Quotes around cells are dropped, blank lines skipped.
     """
     lines = text.replace("\r\n", "\n").replace("\r", "\n").replace('"', "").split("\n")
     header, *rows = ([cell.strip() for cell in line.split(",")] for line in lines)
     filled = {line: row for line, row in enumerate(rows, start=2) if any(row)}
-    wrong: list[Problem] = []
-
-    def refuse(remedy: str, line: int | None = 1, name: str = "", value: object = None) -> None:
-        wrong.append(Problem(file=file, line=line, name=name, value=value, remedy=remedy))
-
-    called = {";": "semicolons", "\t": "tabs"}
+    separator = {";": "semicolons", "\t": "tabs"}.get(next((c for c in header[0] if c in ";\t"), ""))
+    wrong: list[tuple[int | None, str, str]] = []  # line, name, remedy
     if not text.strip():
-        refuse(f"the file is empty; begin with the line {','.join(required)}", None)
-    elif len(header) == 1 and (separator := next((s for s in called if s in header[0]), "")):
+        wrong.append((None, "", f"the file is empty; begin with the line {','.join(required)}"))
+    elif len(header) == 1 and separator:
         remedy = "separate them by commas and write decimals with a point"
-        refuse(f"columns are separated by {called[separator]}; {remedy}")
+        wrong.append((1, "", f"columns are separated by {separator}; {remedy}"))
     else:
         for name, count in Counter(header).items():
             if not name:
-                refuse("a column has no name; name it or remove the comma")
+                wrong.append((1, "", "a column has no name; name it or remove the comma"))
             elif count > 1:
-                refuse(f"column stands there {count} times; keep one", name=name)
+                wrong.append((1, name, f"column stands there {count} times; keep one"))
             elif known is not None and name not in known:
                 unused = [k for k in known if k not in header]
-                refuse(f"unknown column; {did_you_mean(name, unused or known)}", name=name)
-        for name in (name for name in required if name not in header):
-            refuse("column is missing; add it", name=name)
+                wrong.append((1, name, f"unknown column; {did_you_mean(name, unused or known)}"))
+        wrong += [(1, name, "column is missing; add it") for name in required if name not in header]
     if not wrong and not filled:
-        refuse("has a header but no rows; add them", None)
-    elif not wrong:
-        remedy = f"the header has {len(header)}; end the line with commas for blanks, write decimals with a point"
-        for line, row in filled.items():
-            if len(row) != len(header):
-                refuse(remedy, line, "cells", len(row))
-    problems.extend(wrong)
-    if wrong:
+        wrong.append((None, "", "has a header but no rows; add them"))
+    problems += [Problem(file=file, line=line, name=name, remedy=remedy) for line, name, remedy in wrong]
+    remedy = f"the header has {len(header)}; end the line with commas for blanks, write decimals with a point"
+    ragged = {} if wrong else {line: len(row) for line, row in filled.items() if len(row) != len(header)}
+    problems += [Problem(file=file, line=k, name="cells", value=n, remedy=remedy) for k, n in ragged.items()]
+    if wrong or ragged:
         return None
     columns = {name: list(cells) for name, cells in zip(header, zip(*filled.values(), strict=True), strict=True)}
-    return CsvTable(file, columns, [*filled], problems)
+    of_run: dict[str, list[int]] = {}
+    for row, name in enumerate(columns["run"]):
+        of_run.setdefault(name, []).append(row)
+    return CsvTable(file, columns, [*filled], of_run, problems)
 
 
-# ---- runs.csv
-
-
-def read_runs(text: str, problems: list[Problem]) -> tuple[CsvTable | None, dict[str, Run]]:
+def _read_runs(text: str, problems: list[Problem]) -> tuple[CsvTable | None, dict[str, Run]]:
     """Return runs.csv and its rows as runs without records, by name; None if the table itself is broken."""
-    table, runs = parse_table(text, "runs.csv", REQUIRED, RUNS_COLUMNS, problems), dict[str, Run]()
+    table, runs = _table(text, "runs.csv", REQUIRED, RUNS_COLUMNS, problems), dict[str, Run]()
     if table is None:
         return None, runs
-    blank = [""] * len(table.lines)  # the cells of a column that is left out
-    ran = np.array([cell == UNKNOWN_RUN_IN for cell in table.columns.get("run_in_m", blank)])
-    if ran.any():
-        table.columns["run_in_m"] = ["" if cell == UNKNOWN_RUN_IN else cell for cell in table.columns["run_in_m"]]
-    numbers = {
-        field: table.numbers(column, bounds, blank=value)
-        for column, (field, bounds, value) in RUN_NUMBERS.items()
-        if column in table.columns
-    }
-    if ran.any():
-        numbers["run_in"] = np.where(ran, math.nan, numbers["run_in"])
-    repeats, uses, started = (table.columns.get(column, blank) for column in ("repeat_of", "use", "started"))
+    numbers = {}
+    for column, (field, bounds, value) in RUN_NUMBERS.items():
+        instead = {} if value is None else {"": value}
+        instead |= {UNKNOWN_RUN_IN: math.nan} if field == "run_in" else {}
+        numbers[field] = table.numbers(column, bounds, instead=instead)
+    repeats, uses, started = (table.texts(column) for column in ("repeat_of", "use", "started"))
     for row, name in enumerate(table.columns["run"]):
         values: dict[str, Any] = {field: float(column[row]) for field, column in numbers.items()}
-        direction = values.get("direction", 1.0)
-        if abs(direction) != 1.0 and math.isfinite(direction):
+        if abs(direction := values["direction"]) != 1.0 and math.isfinite(direction):
             table.refuse(row, "direction", direction, "", "must be 1 (upper span runs from head to tail) or -1")
         if uses[row] not in ("", "fit", "hold_out"):
             table.refuse(row, "use", uses[row], "", did_you_mean(uses[row], ("fit", "hold_out")))
@@ -197,19 +185,17 @@ def read_runs(text: str, problems: list[Problem]) -> tuple[CsvTable | None, dict
         except InputError as error:
             table.refuse(row, "run", name, "", error.remedy)
         if name in runs:
-            line = table.lines[table.columns["run"].index(name)]
+            line = table.lines[table.rows[name][0]]
             table.refuse(row, "run", name, "", f"stands already in line {line}; give every run its own name")
             continue
-        values |= {key: None for key in ("start", "y0") if math.isnan(values.get(key, 0.0))}
-        run_in = 0.0 if ran[row] else values.get("run_in", 0.0)
-        values["yaw_at"] = values.get("yaw_at", 0.0) + run_in
-        if values.get("start") is not None:
-            values["start"] -= run_in
+        values |= {key: None for key in ("start", "y0") if math.isnan(values[key])}
+        run_in = 0.0 if math.isnan(values["run_in"]) else values["run_in"]
+        values["yaw_at"] += run_in
+        values["start"] = None if values["start"] is None else values["start"] - run_in
         if values["yaw_at"] < 0.0:
             remedy = f"is before the record: state run_in_m of at least {run_in - values['yaw_at']:g}, how far the belt"
             remedy += " had run from a straight start when the record began, or leave this at 0 beside run_in_m"
-            remedy += f" {UNKNOWN_RUN_IN}"
-            table.refuse(row, "yaw_at_m", values["yaw_at"] - run_in, "m", remedy)
+            table.refuse(row, "yaw_at_m", values["yaw_at"] - run_in, "m", f"{remedy} {UNKNOWN_RUN_IN}")
         use: Any = uses[row] or "fit"
         runs[name] = Run(name=name, repeat_of=repeats[row] or None, use=use, started=started[row], **values)
     for run in runs.values():
@@ -221,29 +207,26 @@ def _check_repeat(table: CsvTable, runs: Mapping[str, Run], run: Run) -> None:
     """Check that repeat_of names a first run with the same settings."""
     if run.repeat_of is None:
         return
-    first = runs.get(run.repeat_of)
+    first, remedy = runs.get(run.repeat_of), ""
     if first is None:
         remedy = f"no such run; {did_you_mean(run.repeat_of, [name for name in runs if name != run.name])}"
     elif first is run:
         remedy = "a run cannot repeat itself; name the first run of the series"
     elif first.repeat_of is not None:
         remedy = f"is itself a repeat; name {first.repeat_of} instead"
-    else:
-        for column, (field, bounds, _) in RUN_NUMBERS.items():
-            counted = [r.counted_from if field == "yaw_at" else 0.0 for r in (run, first)]
-            own, its = ((getattr(r, field) or 0.0) - from_ for r, from_ in zip((run, first), counted, strict=True))
-            if field not in FREE and abs(own - its) > REPEAT_TOLERANCE * abs(its):
-                shown, other = (x / UNITS[bounds.unit][1] for x in (own, its))
-                remedy = f"{first.name} has {other:.6g}; a repeat has the settings of its first run"
-                table.refuse(run.name, column, float(f"{shown:.6g}"), bounds.unit, remedy)
+    if first is None or remedy:
+        table.refuse(run.name, "repeat_of", run.repeat_of, "", remedy)
         return
-    table.refuse(run.name, "repeat_of", run.repeat_of, "", remedy)
+    for column, (field, bounds, _) in RUN_NUMBERS.items():
+        counted = COUNTED.get(field, 0.0)
+        own, its = ((getattr(r, field) or 0.0) - counted * r.counted_from for r in (run, first))
+        if field not in FREE and abs(own - its) > REPEAT_TOLERANCE * abs(its):
+            shown, other = (x / UNITS[bounds.unit][1] for x in (own, its))
+            remedy = f"{first.name} has {other:.6g}; a repeat has the settings of its first run"
+            table.refuse(run.name, column, float(f"{shown:.6g}"), bounds.unit, remedy)
 
 
-# ---- signals.csv and steady.csv
-
-
-def read_signals(
+def _read_signals(
     text: str,
     names: frozenset[str] | None,
     sheets: tuple[SignalSheet, ...] | None,
@@ -253,13 +236,13 @@ def read_signals(
     """Return the valid runs of signals.csv by name, with their records; runs: of runs.csv, None where it is broken."""
     before = len(problems)
     known = None if names is None else ("run", "travel_m", "time_s", *sorted(names))
-    table = parse_table(text, "signals.csv", ("run", "travel_m"), known, problems)
+    table = _table(text, "signals.csv", ("run", "travel_m"), known, problems)
     if table is None:
         return {}
-    travel = table.numbers("travel_m", BOUNDS["reading_travel"])
-    time = table.numbers("time_s", BOUNDS["time"], blank=math.nan) if "time_s" in table.columns else None
+    ways = {"travel_m": table.numbers("travel_m", BOUNDS["reading_travel"])}
+    ways["time_s"] = table.numbers("time_s", BOUNDS["time"], instead={"": math.nan})
     columns = {
-        sheet.name: table.numbers(sheet.name, BOUNDS[sheet.kind], unit=sheet.unit, blank=math.nan)
+        sheet.name: table.numbers(sheet.name, BOUNDS[sheet.kind], unit=sheet.unit, instead={"": math.nan})
         for sheet in sheets or ()
         if sheet.name in table.columns
     }
@@ -267,59 +250,54 @@ def read_signals(
         stated = ", ".join(sheet.name for sheet in sheets)
         remedy = f"has no column of a signal; add {stated or 'signals to campaign.yaml'}"
         problems.append(Problem(file="signals.csv", line=1, remedy=remedy))
+    _check_runs(table, runs)
     recorded = {}
-    for name, index in _rows_of_runs(table, runs).items():
-        for column, values, unit in (("travel_m", travel, "m"), ("time_s", time, "s")):
-            there = index[np.isfinite(values[index])] if values is not None else index[:0]
-            back = np.flatnonzero(np.diff(values[there]) <= 0.0) if values is not None else there
-            if values is not None and back.size:
+    for name, index in ((name, np.array(rows)) for name, rows in table.rows.items()):
+        for column, values in ways.items():
+            there = index[np.isfinite(values[index])]
+            back = np.flatnonzero(np.diff(values[there]) <= 0.0)
+            if back.size:
                 row, earlier = there[back[0] + 1], values[there[back[0]]]
                 remedy = f"must increase within a run, whichever way the belt runs; the row before has {earlier:.15g}"
-                table.refuse(row, column, float(values[row]), unit, remedy)
+                table.refuse(row, column, float(values[row]), column[-1], remedy)
         if runs is None or name not in runs:
             continue
+        travel, time = (values[index] for values in ways.values())
         if len(index) == 1 and len(problems) == before:
             remedy = "is the only reading of its run; give readings on the way, or the late rates in steady.csv"
-            table.refuse(index[0], "travel_m", float(travel[index[0]]), "m", remedy)
+            table.refuse(index[0], "travel_m", float(travel[0]), "m", remedy)
         signals = {signal: column[index] for signal, column in columns.items() if np.isfinite(column[index]).any()}
-        own = time[index] if time is not None and np.isfinite(time[index]).any() else None
-        way = travel[index] + runs[name].counted_from
+        own, way = time if np.isfinite(time).any() else None, travel + runs[name].counted_from
         recorded[name] = replace(runs[name], travel=way, time=own, signals=signals)
         if columns and not signals and len(problems) == before:
             table.refuse(index[0], "run", name, "", "has rows but no readings; fill them in or remove the run")
     return recorded
 
 
-def _rows_of_runs(table: CsvTable, runs: Mapping[str, Run] | None) -> dict[str, np.ndarray]:
-    """Return the row indices of each run in file order; each unknown run is one problem."""
-    found: dict[str, list[int]] = {}
-    for row, name in enumerate(table.columns["run"]):
-        found.setdefault(name, []).append(row)
-    for name, rows in found.items():
-        if runs is not None and name not in runs:
-            remedy = "is blank; name the run" if not name else f"not in runs.csv; {did_you_mean(name, runs)}"
-            table.refuse(rows[0], "run", name or None, "", remedy)
-    return {name: np.array(rows) for name, rows in found.items()}
+def _check_runs(table: CsvTable, runs: Mapping[str, Run] | None) -> None:
+    """One problem for each run that is not in runs.csv; runs: None where that is broken."""
+    for name in (n for n in table.rows if runs is not None and n not in runs):
+        remedy = f"not in runs.csv; {did_you_mean(name, runs or ())}" if name else "is blank; name the run"
+        table.refuse(name, "run", name or None, "", remedy)
 
 
-def read_steady(text: str, runs: Mapping[str, Run] | None, problems: list[Problem]) -> tuple[SteadyRate, ...]:
+def _read_steady(text: str, runs: Mapping[str, Run] | None, problems: list[Problem]) -> tuple[SteadyRate, ...]:
     """Return the steady rates of steady.csv, one row a run."""
-    table = parse_table(text, "steady.csv", ("run", "u_rate"), ("run", *RATES, "u_rate"), problems)
+    table = _table(text, "steady.csv", ("run", "u_rate"), ("run", *RATES, "u_rate"), problems)
     if table is None:
         return ()
     u = table.numbers("u_rate", BOUNDS["u_rate"])
-    rates = np.full((4, len(table.lines)), math.nan)
-    for k, column in enumerate(RATES):
-        if column in table.columns:
-            rates[k] = table.numbers(column, BOUNDS["rate"], blank=math.nan)
-    found = _rows_of_runs(table, runs)
-    for name, index in found.items():
-        if len(index) > 1:
-            table.refuse(index[1], "run", name, "", f"stands already in line {table.lines[index[0]]}; keep one row")
+    rates = np.array([table.numbers(column, BOUNDS["rate"], instead={"": math.nan}) for column in RATES])
+    _check_runs(table, runs)
+    for name, (first, *others) in table.rows.items():
+        if others:
+            table.refuse(others[0], "run", name, "", f"stands already in line {table.lines[first]}; keep one row")
     for row, name in enumerate(table.columns["run"]):
-        if not any(table.columns[column][row] for column in RATES if column in table.columns):
+        if not any(table.texts(column)[row] for column in RATES):
             table.refuse(row, "run", name, "", "states no rate; fill in one of rate1 to rate4")
-    return tuple(SteadyRate(run=name, rates=rates[:, index[0]], u=float(u[index[0]])) for name, index in found.items())
+    return tuple(
+        SteadyRate(run=name, rates=rates[:, rows[0]], u=float(u[rows[0]])) for name, rows in table.rows.items()
+    )
 
 
 REQUIRED_FILES = ("campaign.yaml", "runs.csv")
@@ -374,12 +352,12 @@ def read_begun(folder: str | Path, *, whole: bool = False, measured: bool = True
             line = raw[:at].count(b"\n") + 1
             problems.append(Problem(file=name, line=line, value=value, remedy=remedy))
     sheet, names = read_sheet(texts["campaign.yaml"], problems) if "campaign.yaml" in texts else (None, None)
-    table, runs = read_runs(texts["runs.csv"], problems) if "runs.csv" in texts else (None, {})
+    table, runs = _read_runs(texts["runs.csv"], problems) if "runs.csv" in texts else (None, {})
     known, recorded, steady = None if table is None else runs, dict[str, Run](), tuple[SteadyRate, ...]()
     if measured and "signals.csv" in texts:
-        recorded = read_signals(texts["signals.csv"], names, sheet.signals if sheet else None, known, problems)
+        recorded = _read_signals(texts["signals.csv"], names, sheet.signals if sheet else None, known, problems)
     if measured and "steady.csv" in texts:
-        steady = read_steady(texts["steady.csv"], known, problems)
+        steady = _read_steady(texts["steady.csv"], known, problems)
     if not measured and sheet is not None and not sheet.signals:
         remedy = "no signal is planned; state at least one"
         problems.append(Problem(file="campaign.yaml", name="signals", remedy=remedy))
