@@ -15,7 +15,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from datetime import datetime, time, timedelta
-from itertools import chain, count, product
+from itertools import chain, count
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -64,16 +64,17 @@ def _bare(cell: str) -> str:
     return _FORTRAN.sub("e", _NEGATIVE.sub(r"-\1\2", _GAP.sub("", cell.strip())))
 
 
-def is_number(cell: str, decimal: str) -> bool:
-    """Whether a cell is a number with this decimal mark, the other one or a gap between thousands."""
+def is_number(cell: str, marks: str = ".,") -> bool:
+    """Whether a cell is a number with one of these decimal marks, the other one or a gap between thousands."""
     text = _bare(cell)
-    return bool(_PLAIN[decimal].match(text) or _GROUPED[decimal].match(text))
+    return any(_PLAIN[mark].match(text) or _GROUPED[mark].match(text) for mark in marks)
 
 
 # ---- dates and times of day
 
-_MONTHS = ("jan", "feb", "m[aä]r", "apr", "ma[yi]", "jun", "jul", "aug", "sep", "o[ck]t", "nov", "de[cz]")
-_MONTH = rf"(?P<mon>{'|'.join(_MONTHS)})[a-zä]*\.?"
+_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+MONTHS = {name: k for k, name in enumerate(_MONTHS, start=1)} | {"mär": 3, "mai": 5, "okt": 10, "dez": 12}
+_MONTH = rf"(?P<mon>{'|'.join(MONTHS)})[a-zä]*\.?"
 _ZONE = r"(?:\s*(?P<zone>Z|UTC|GMT|[+-]\d{2}:?\d{2}))?"
 _CLOCK = (
     r"(?P<h>\d{1,3}):(?P<min>\d{2})(?::(?P<s>\d{2}(?:[.,:]\d+)?)|(?P<part>[.,]\d+))?"
@@ -90,6 +91,7 @@ _STAMPS = [
     re.compile(rf"(?:{p}){_ZONE}\Z", re.IGNORECASE)
     for p in (_CLOCK, _DENSE, *(f"{date}(?:[T, ]+{_CLOCK})?" for date in _DATES))
 ]
+_PARTS = ("y", "m", "d", "mon", "a", "b", "c", "mark", "h", "min", "s", "part", "half", "zone")  # names of groups
 #: what a date of three numbers may be -> which of its numbers are year, month, day
 ORDERS = {"dmy": "cba", "mdy": "cab", "ymd": "abc"}
 
@@ -99,74 +101,57 @@ def is_time(cell: str) -> bool:
     return any(pattern.match(cell.strip()) for pattern in _STAMPS)
 
 
-def stamps_of(texts: pd.Series) -> tuple[str, dict[str, np.ndarray], str]:
+def stamps_of(texts: pd.Series, first: str) -> tuple[str, dict[str, np.ndarray], str]:
     """Dates or times of day as seconds (n,), in every reading that all cells allow: (key of ``format``, reading ->
-    seconds, zone of the first); nan where a cell is not of the first one's form."""
-    first = str(texts.dropna().iloc[0])
+    seconds, zone of the first); nan where a cell is not of the form of ``first``."""
     pattern = next(p for p in _STAMPS if p.match(first))
-    parts = texts.str.extract(pattern)
+    parts = texts.str.extract(pattern).reindex(columns=_PARTS).astype("string")
+    there, has = parts.notna().any(axis=1).to_numpy(), parts.notna().any()
 
-    def number(name: str) -> pd.Series:
-        return pd.to_numeric(parts[name].str.replace(",", ".").str.replace(r":(?=\d+$)", ".", regex=True))
+    def number(name: str) -> np.ndarray:
+        text = parts[name].str.replace(",", ".").str.replace(r":(?=\d+$)", ".", regex=True)
+        return pd.to_numeric(text).to_numpy(dtype=float, na_value=np.nan)
 
-    there = parts.notna().any(axis=1)
-    clock = pd.Series(0.0, index=texts.index)
-    by_minute, four = pd.Series(np.nan, index=texts.index), False
-    if "h" in parts and parts["h"].notna().any():
-        hours, minutes = number("h"), number("min")
-        if "half" in parts and parts["half"].notna().any():
-            hours = hours % 12 + 12.0 * (parts["half"].str.lower() == "p")
-        clock = 3600.0 * hours + 60.0 * minutes + number("s").fillna(0.0)
-        last = parts["s"].str.extract(r"(\d+):(\d{1,2})\Z").astype(float)
-        four = bool(last[1].notna()[there].all())  # 0:00:01:30 is days to seconds, or hours to hundredths
-        if "half" in parts and not parts["half"].notna().any() and parts["s"].isna().all():
-            by_minute = 60.0 * hours + minutes + number("part").fillna(0.0)
-    if not {"y", "c"} & {*parts.columns}:
-        if four:
+    hours, minutes, clock = number("h"), number("min"), np.zeros(len(texts))
+    if has["half"]:
+        hours = hours % 12 + 12.0 * (parts["half"].str.lower() == "p").to_numpy(dtype=float, na_value=0.0)
+    if has["h"]:
+        clock = 3600.0 * hours + 60.0 * minutes + np.nan_to_num(number("s"))
+    if not (has["y"] or has["c"]):
+        # 0:00:01:30 is days to seconds, or hours to hundredths
+        last = parts["s"].str.extract(r"(\d+):(\d{1,2})\Z").astype("Float64").to_numpy(dtype=float, na_value=np.nan).T
+        by_minute = not (has["half"] or has["s"])
+        fit = {"": (clock, there)}
+        if np.isfinite(last[1][there]).all():
             days_on = 86400.0 * hours + 3600.0 * minutes + 60.0 * last[0] + last[1]
-            both = {"hh:mm:ss:cc": (clock, hours < 24), "d:hh:mm:ss": (days_on, (minutes < 24) & (last[1] < 60))}
-            fit = {k: v.where(there).to_numpy(dtype=float) for k, (v, fits) in both.items() if fits[there].all()}
-            if len(fit) < 2:
-                return "", {"": next(iter(fit.values()), np.full(len(texts), np.nan))}, ""
-            return "time", fit, ""
-        if by_minute.isna().all():
-            return "", {"": clock.where(there).to_numpy(dtype=float)}, ""
-        readings = {"hh:mm": clock, "mm:ss": by_minute}
-        if parts["part"].notna().any() or (number("h") > 23).any():
-            del readings["hh:mm"]
-        return "time", {k: v.where(there).to_numpy(dtype=float) for k, v in readings.items()}, ""
-    zones = parts["zone"].fillna("") if "zone" in parts else pd.Series("", index=texts.index)
-    shifts = {z: zone_seconds(z) for z in zones.unique()}
-    own = next((z for z in zones[there] if z), "")
-    days: dict[str, pd.Series] = {}
-    for order, letters in ORDERS.items() if "c" in parts else (("", ""),):
-        if order:
-            year, month, day = (number(letter) for letter in letters)
-            if order == "ymd" and (parts["c"].str.len() == 4).any():
-                continue
-            if order != "dmy" and (parts["mark"] == ".").any():  # 12.05.2024 is German
-                continue
-        else:
-            year, day = number("y"), number("d")
-            numbers = ((k, re.compile(m, re.IGNORECASE)) for k, m in enumerate(_MONTHS, 1))
-            named = {n: k for k, m in numbers for n in parts.get("mon", pd.Series()).dropna().unique() if m.match(n)}
-            month = number("m") if "m" in parts else parts["mon"].map(named)
-        year = year.where(year >= 100, year + 2000)
-        date = pd.to_datetime({"year": year, "month": month, "day": day}, errors="coerce")
-        if order and date[there].isna().any():
-            continue
-        days[order] = (date - pd.Timestamp(1970, 1, 1)).dt.total_seconds()
-    shift = zones.map(shifts).astype(float)
-    found = {order: (day + clock - shift).where(there).to_numpy(dtype=float) for order, day in days.items()}
-    return ("date" if len(found) > 1 else ""), found or {"": np.full(len(texts), np.nan)}, own
+            fit = {"hh:mm:ss:cc": (clock, hours < 24), "d:hh:mm:ss": (days_on, (minutes < 24) & (last[1] < 60))}
+        elif by_minute:
+            fit = {"hh:mm": (clock, (hours <= 23) & (not has["part"]))}
+            fit["mm:ss"] = 60.0 * hours + minutes + np.nan_to_num(number("part")), there
+        found = {k: np.where(there, v, np.nan) for k, (v, fits) in fit.items() if fits[there].all()}
+        return "time" * (by_minute or len(found) > 1), found or {"": np.full(len(texts), np.nan)}, ""
+    zones = parts["zone"].fillna("")
+    shift = zones.map({z: zone_seconds(z) for z in zones.unique()}).to_numpy(dtype=float)
+    numbers = {"": (number("y"), number("m"), number("d"))}
+    if has["mon"]:
+        month = parts["mon"].str.lower().map(MONTHS).to_numpy(dtype=float, na_value=np.nan)
+        numbers = {"": (number("y"), month, number("d"))}
+    elif has["c"]:  # 12.05.2024 is German
+        orders = ["dmy"] if (parts["mark"] == ".").any() else ["dmy", "mdy", "ymd"]
+        orders = orders[:2] if (parts["c"].str.len() == 4).any() else orders
+        numbers = {o: (number(ORDERS[o][0]), number(ORDERS[o][1]), number(ORDERS[o][2])) for o in orders}
+    found = {}
+    for order, (year, month, day) in numbers.items():
+        ymd = {"year": np.where(year < 100, year + 2000, year), "month": month, "day": day}
+        date = pd.to_datetime(pd.DataFrame(ymd), errors="coerce")
+        if not order or date[there].notna().all():
+            days = (date - pd.Timestamp(1970, 1, 1)).dt.total_seconds().to_numpy()
+            found[order] = np.where(there, days + clock - shift, np.nan)
+    zone = next((z for z in zones[there] if z), "")
+    return "date" * (len(found) > 1), found or {"": np.full(len(texts), np.nan)}, zone
 
 
 # ---- a column
-
-
-def count_readings(row: Sequence[str], decimal: str) -> int:
-    """How many cells of a row are numbers or times."""
-    return sum(is_number(c, decimal) or is_time(c) for c in row)
 
 
 def column_of(cells: pd.Series, unit: str, decimal: str, is_open: bool, lines: np.ndarray, file: str) -> Column:
@@ -175,44 +160,36 @@ def column_of(cells: pd.Series, unit: str, decimal: str, is_open: bool, lines: n
     name = str(cells.name)
     if pd.api.types.is_numeric_dtype(cells):
         return Column(name=name, values=cells.to_numpy(dtype=float), unit=unit)
-    texts = cells.astype("string").str.strip().fillna("")
+    texts = cells.astype("string").str.strip().fillna("").astype(object)
     filled = ~texts.map(is_missing).to_numpy(dtype=bool)
     sample = [str(c) for c in texts[filled].iloc[:SAMPLE]]
-    numbers = sum(is_number(c, ".") or is_number(c, ",") for c in sample)
     are_times = sum(map(is_time, sample)) > 0.5 * len(sample)
-    if not are_times and numbers <= 0.5 * len(sample):
+    if not are_times and sum(map(is_number, sample)) <= 0.5 * len(sample):
         return Column(name=name, values=texts.where(filled, "").to_numpy(dtype=object), unit=unit)
-    key, zone = "", ""
+    known, zone = texts.where(filled), ""
     if are_times:
-        start = next(c for c in texts[filled] if is_time(str(c)))
-        known = texts.where(filled)
-        if not is_time(str(known.dropna().iloc[0])):
-            known = pd.concat([pd.Series([start]), known])
-        key, readings, zone = stamps_of(known.astype(object))
-        readings = {k: v[len(v) - len(texts) :] for k, v in readings.items()}
+        key, readings, zone = stamps_of(known, next(c for c in texts[filled] if is_time(c)))
     else:
-        marks = (decimal, OTHER[decimal]) if is_open else (decimal,)
-        bare = texts.where(filled).astype(object).map(_bare, na_action="ignore")
+        bare = known.map(_bare, na_action="ignore")
         exponent = bare.str.contains("e", case=False, regex=False).fillna(False).astype(bool)
         readings = {}
-        for mark in marks:
+        for mark in (decimal, OTHER[decimal]) if is_open else (decimal,):
             fits = np.array([isinstance(c, str) and is_number(c, mark) for c in bare], dtype=bool)
             whole = bare.str.replace(OTHER[mark], "", regex=False).str.replace(mark, ".", regex=False)
             whole = whole.where(~exponent, bare.str.replace(",", ".", regex=False)).where(fits)
             readings[mark] = pd.to_numeric(whole, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
         complete = {d: v for d, v in readings.items() if not (filled & np.isnan(v)).any()}
-        key = "decimal" if len(complete) == 2 else ""
-        readings = complete or {decimal: readings[decimal]}
+        key, readings = "decimal" * (len(complete) == 2), complete or {decimal: readings[decimal]}
     wrong = filled & np.isnan(next(iter(readings.values())))
     if wrong.any():
         remedy = "is no number; mend this cell or leave it blank"
         if are_times:
             remedy = "is neither a date nor a time of day like those before it; mend this cell"
-        elif any(is_number(str(c), OTHER[decimal]) for c in texts[wrong]):
+        elif any(is_number(c, OTHER[decimal]) for c in texts[wrong]):
             remedy = f"decimal marks are mixed: the file has '{decimal}' elsewhere; write one mark throughout"
         k = int(np.argmax(wrong))
         raise refusal(file, remedy, line=int(lines[k]), name=name, value=str(cells.iloc[k]))
-    first = next((str(c) for c in texts[filled] if key and (key != "decimal" or _DOUBTFUL.match(str(c)))), "")
+    first = next((c for c in texts[filled] if key and (key != "decimal" or _DOUBTFUL.match(c))), "")
     return Column(
         name=name, values=next(iter(readings.values())), unit="s" if are_times else unit, stamp=are_times, zone=zone,
         asked=key, readings=readings if key else {}, first_cell=first,
@@ -275,14 +252,12 @@ def _read_file(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
         raise refusal(file, "is empty; export the log again")
     if not data.startswith(ZIP):
         lines, encoding = _text_lines(file, data, form.get("encoding"))
-        layout = layout_of(lines[:HEAD_LINES], form)
+        layout = layout_of(lines[:HEAD_LINES], [form["separator"]] if form.get("separator") else SEPARATORS)
         if layout is None:
             remedy = "no table of numbers is seen in it (columns by tabs, semicolons, commas, bars or blanks)"
             raise refusal(file, f"{remedy}; export it as CSV, or name format: {{separator: ..., decimal: ...}}")
         header = f"header in line {layout.header}" if layout.header else "no header"
-        mark = "comma" if layout.decimal == "," else "point"
-        remark = f"{encoding}, {SEPARATORS[layout.separator]}, decimal {mark}, {header}, "
-        return [_table(file, "", lines, layout, remark, form)]
+        return [_table(file, "", lines, layout, f"{encoding}, {SEPARATORS[layout.separator]}, {header}, ", form)]
     try:
         with zipfile.ZipFile(file) as packed:
             size = sum(info.file_size for info in packed.infolist())
@@ -301,7 +276,7 @@ def _read_file(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:
         written = io.StringIO()  # its rows as lines of cells that are separated by tabs
         csv.writer(written, delimiter="\t", lineterminator="\n").writerows(texts.to_numpy().tolist())
         lines = written.getvalue().split("\n")
-        layout = layout_of(lines[:HEAD_LINES], {**form, "separator": "\t"})
+        layout = layout_of(lines[:HEAD_LINES], ["\t"])
         if layout is not None:
             table = _table(file, f" [{sheet}]", lines, layout, "", form)
             found.append(replace(table, name=str(sheet)))
@@ -368,51 +343,51 @@ SEPARATORS = {"\t": "tabs", ";": "semicolons", ",": "commas", "|": "bars", " ": 
 
 class Layout(NamedTuple):
     """names: columns, no two alike; units: of a units row ("" where none); first: line of the first data row, from 1;
-    header: line of the header (0: none); score: how many rows of data it sees, less where their cells are no numbers
-    or times."""
+    header: line of the header (0: none)."""
 
     separator: str
-    decimal: str
     names: tuple[str, ...]
     units: tuple[str, ...]
     header: int
     first: int
-    score: float
 
 
-def layout_of(lines: Sequence[str], form: Mapping[str, Any]) -> Layout | None:
-    """The layout of the first lines of a file; None when no table stands there. form: separator, decimal, as stated.
+def layout_of(lines: Sequence[str], separators: Iterable[str]) -> Layout | None:
+    """The layout of the first lines of a file; None when no table stands there.
 
-    Of all pairs of marks the one that sees most. Its table is as wide as most rows of data (of whose filled cells half
-    are numbers or times), and begins with the first of these.
+    Of all separators the one that sees most: rows of data, less where their cells are no numbers or times. The table is
+    as wide as most rows of data (of whose filled cells half are numbers or times), and begins with the first of these.
     """
-    separators = [form["separator"]] if form.get("separator") else list(SEPARATORS)
-    quoted, best = any('"' in line for line in lines), None  # only then may a comma be both
-    for separator, decimal in product(separators, form.get("decimal") or ".,"):
-        rows = [split(line, separator) for line in lines] if separator != decimal or quoted else []
+    best, most = None, 0.0
+    for separator in separators:
+        rows = [split(line, separator) for line in lines]
         of_data = []
         for k, row in enumerate(rows):
             filled = [c for c in row if not is_missing(c)]
-            if filled and len(row) > 1 and count_readings(filled, decimal) >= 0.5 * len(filled):
+            if filled and len(row) > 1 and count_readings(filled) >= 0.5 * len(filled):
                 of_data.append(k)
         if not of_data:
             continue
         width, height = Counter(len(rows[k]) for k in of_data).most_common(1)[0]
         of_data = [k for k in of_data if len(rows[k]) == width]
-        header, names, units = _head(rows[: of_data[0]], width, decimal)
-        counts = [rows[k][0].strip(' "') for k in of_data]
-        counted = any(counts == [str(k + n) for k in range(len(counts))] for n in (0, 1))
-        if header and counted and len(rows[header - 1]) == width - 1:
-            names = ("row", *names[:-1])  # its rows are counted in a column without a name
         cells = [c for row in rows if len(row) == width for c in row if c.strip()]
-        share = count_readings(cells, decimal) / len(cells)
-        score = height * share**3 * (0.6 if separator == " " else 1.0)
-        if best is None or score > best.score:  # of equals the first
-            best = Layout(separator, decimal, names, units, header, of_data[0] + 1, score)
+        score = height * (count_readings(cells) / len(cells)) ** 3 * (0.6 if separator == " " else 1.0)
+        if score > most:  # of equals the first
+            header, names, units = _head(rows[: of_data[0]], width)
+            counts = [rows[k][0].strip(' "') for k in of_data]
+            counted = any(counts == [str(k + n) for k in range(len(counts))] for n in (0, 1))
+            if header and counted and len(rows[header - 1]) == width - 1:
+                names = ("row", *names[:-1])  # its rows are counted in a column without a name
+            best, most = Layout(separator, names, units, header, of_data[0] + 1), score
     return best
 
 
-def _head(above: Sequence[Sequence[str]], width: int, decimal: str) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
+def count_readings(row: Sequence[str]) -> int:
+    """How many cells of a row are numbers or times."""
+    return sum(is_number(c) or is_time(c) for c in row)
+
+
+def _head(above: Sequence[Sequence[str]], width: int) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
     """Line of the header (0: none), names and units of the columns, from the rows above the data.
 
     A row is of units if most of its cells are, or some where the row above has the names.
@@ -427,13 +402,11 @@ def _head(above: Sequence[Sequence[str]], width: int, decimal: str) -> tuple[int
         most = known >= 0.5 * len(cells) or (known > 0 and len(before) == len(row) and named > spoken)
         if most and all(len(c.strip()) < 12 for c in cells):
             filled.pop()
-            padded = [*row, *blanks][:width]
-            units = ["" if is_missing(c) else unit_named(c) or c.strip("[](){}<> ") for c in padded]
+            units = ["" if is_missing(c) else unit_named(c) or c.strip("[](){}<> ") for c in [*row, *blanks][:width]]
     last = above[filled[-1]] if filled else []
     said = [c for c in last if c.strip()]
-    if len(said) > 1 and abs(len(last) - width) <= 1 and count_readings(said, decimal) < 0.5 * len(said):
-        header = filled[-1] + 1
-        names = [c.strip() for c in [*last, *blanks][:width]]
+    if len(said) > 1 and abs(len(last) - width) <= 1 and count_readings(said) < 0.5 * len(said):
+        header, names = filled[-1] + 1, [c.strip() for c in [*last, *blanks][:width]]
     names = [name or f"column_{k}" for k, name in enumerate(names, start=1)]
     letters = "abcdefghijklmnopqrstuvwxyz"  # for a second y, as "y (2)" would name a place
     names = unique(names, lambda n: f" ({letters[n - 1] if n <= len(letters) else f'no {n}'})")
@@ -470,18 +443,17 @@ def _table(
         raise refusal(place, f"a column's name has {longest} characters; give it a short one", line=layout.header)
     kept, numbers, again, remarks = _rows(place, lines, layout)
     sample = [cells for line in kept[:MARKS] if len(cells := split(line, layout.separator)) == len(layout.names)]
-    shown = set[str]()  # the decimal marks that cells show beyond doubt
+    shown = Counter[str]()  # decimal marks that cells show beyond doubt
     for text in (_bare(c) for cells in sample for c in cells):
         marks = {m: text.count(m) for m in ".,"}
         if any(marks.values()) and "e" not in text.lower() and not _DOUBTFUL.match(text):
             clear = ((m, _GROUPED if marks[other] else _PLAIN) for m, other in OTHER.items() if marks[m] <= 1)
-            shown |= {m for m, form_of in clear if form_of[m].match(text)}
-    known = form.get("decimal") or (shown.pop() if len(shown) == 1 else "")
+            shown.update(m for m, form_of in clear if form_of[m].match(text))
     of_doubt = {m for cells in sample for c in cells if _DOUBTFUL.match(c) for m in ".," if m in c}
-    if not known and not shown and of_doubt == {"."} and layout.separator == ",":
-        known = "."
-    is_open = not known and not shown and bool(of_doubt)
-    decimal = known or layout.decimal
+    known = form.get("decimal") or max(shown, key=lambda m: shown[m], default="")
+    is_open = not known and bool(of_doubt) and not (of_doubt == {"."} and layout.separator == ",")
+    decimal = known or "."
+    remark += f"decimal {'comma' if decimal == ',' else 'point'}, " if remark else ""
     marked = [n for k, n in enumerate(layout.names) if is_open and any(_DOUBTFUL.match(cells[k]) for cells in sample)]
     blanks = layout.separator == " "
     options: dict[str, Any] = {"sep": r"\s+" if blanks else layout.separator, "decimal": decimal}

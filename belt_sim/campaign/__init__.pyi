@@ -1,0 +1,16 @@
+from belt_sim.campaign.folder import read_campaign as read_campaign
+from belt_sim.campaign.folder import write_campaign as write_campaign
+from belt_sim.campaign.kinematics import suspicions as suspicions
+from belt_sim.campaign.quality import Suspicion as Suspicion
+from belt_sim.campaign.quality import leave_out_bad_readings as leave_out_bad_readings
+from belt_sim.campaign.types import BeltSheet as BeltSheet
+from belt_sim.campaign.types import Campaign as Campaign
+from belt_sim.campaign.types import CampaignError as CampaignError
+from belt_sim.campaign.types import Machine as Machine
+from belt_sim.campaign.types import Quantity as Quantity
+from belt_sim.campaign.types import Run as Run
+from belt_sim.campaign.types import SettingsSheet as SettingsSheet
+from belt_sim.campaign.types import SignalSheet as SignalSheet
+from belt_sim.campaign.types import Source as Source
+from belt_sim.campaign.types import SteadyRate as SteadyRate
+from belt_sim.campaign.types import case_of as case_of
