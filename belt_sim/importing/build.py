@@ -21,7 +21,7 @@ from belt_sim.importing.columns import (
     span_of,
 )
 from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, MappingEntry, Question, ask, mapping_of
-from belt_sim.importing.runs import RANGES, TIME_COLUMN, AssembledRun, Section, find_runs, runs_on_one_grid
+from belt_sim.importing.runs import RANGES, TIME_COLUMN, AssembledRun, FoundRuns, Section, find_runs, runs_on_one_grid
 from belt_sim.importing.sheets import NoiseRead, flow_text, machine_belt_and_settings, sheet_text, signals_of
 from belt_sim.units import N_PER_MM2, NAMES, UNITS
 
@@ -58,13 +58,13 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     entry = mapping_of(mapping)
     tables = resolve_columns(logged, entry)
     used = tuple(c for table in tables for c in table.columns)
-    missing, unknown = column_questions(logged, tables)
+    missing, unknown = column_questions(tables)
     machine, belt, settings, remarks, about_sheet = machine_belt_and_settings(entry)
     missing += about_sheet
     width, thickness = (belt.width.value, belt.thickness.value) if belt else (float("nan"), float("nan"))
     section = Section(width * thickness, thickness)
     unreadable = any(q.path[-1] in ("role", "unit") or q.path[0] in ("format", "use") for q in missing)
-    found = find_runs(tables, entry, section, only_rates=unreadable)
+    found = FoundRuns() if unreadable else find_runs(tables, entry, section)
     missing += found.questions
     made = found.recorded
     asked: list[Question] = []

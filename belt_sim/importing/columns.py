@@ -45,6 +45,7 @@ _ONE_SIDE = re.compile(r"(?:^| )(?:left|right|links|rechts|linke\w*|rechte\w*)(?
 _NUMBERED = re.compile(
     r"^(?:y|kante|edge|bandkante|lateral|pos|position|point|punkt|ablage|sensor|laser|p)[ _]*([1-4])\b"
 )
+UNKNOWN = "nothing is known of it"
 #: What tells a second column of one name from the first.
 _COUNT = re.compile(r" \((?:[a-z]|no \d+)\)$")
 #: What a header remarks on the sign of its numbers.
@@ -76,13 +77,12 @@ class Column:
     """One column as logged and what it is.
 
     name, values: its header; numbers (n,), nan where blank, or texts (object dtype). stamp: whether they were dates or
-    times of day, zone: theirs; asked: which key of ``format`` settles which of the readings (answer -> values) holds,
-    "" of one that has no other; first_cell: as it stands in the file; open_use: columns of one role of which nobody
-    knows which is meant; stated_unit: what the file states as the unit, known or not; is_certain: whether the file
-    itself says what it is; is_lost: whether it has texts where its name and unit tell of numbers; proposed_by: where
-    the proposal comes from, in words. role, unit, at: as proposed, "" where nothing is known, until ``resolve_columns``
-    puts them as the mapping (entry) states them, and with them the name of the table, the factor to SI, sign included,
-    and the signal's name in the campaign.
+    times of day, zone: theirs; asked: key of ``format`` that settles which of the readings (answer -> values) holds, ""
+    where there is one; first_cell: as it stands in the file; open_use: columns of one role of which nobody knows which
+    is meant; stated_unit: what the file states as the unit, known or not; is_certain: whether the file itself says what
+    it is; is_lost: whether it has texts where its name and unit tell of numbers; proposed_by: where the proposal comes
+    from. role, unit, at: as proposed ("": not known), after ``resolve_columns`` as used; factor: to SI, sign included;
+    signal: its name in the campaign.
     """
 
     name: str
@@ -115,26 +115,22 @@ class Column:
         return np.empty(0) if self.is_text else self.values[np.isfinite(self.values)]
 
     @property
-    def is_stated(self) -> bool:
-        """Whether the mapping says what it is."""
-        return bool(self.entry.role or self.entry.unit or self.entry.at)
-
-    @property
     def sure(self) -> bool:
         """Whether the mapping or the file itself says what it is."""
-        return self.is_certain or self.is_stated
+        return self.is_certain or bool(self.entry.role or self.entry.unit or self.entry.at)
 
     @property
     def why(self) -> str:
         """Where role and unit come from, in words."""
-        return "the mapping" if self.is_stated else self.proposed_by + ("" if self.is_certain else " (a guess)")
+        if self.entry.role or self.entry.unit or self.entry.at:
+            return "the mapping"
+        return self.proposed_by + ("" if self.is_certain else " (a guess)")
 
     def si(self) -> np.ndarray:
         """Numbers [SI]; of a force [N]; of an axis of a digitised picture, the value at each pixel."""
         values = self.values.astype(float)
-        if self.entry.axis is not None:
-            (p0, p1), (v0, v1) = self.entry.axis.pixel, self.entry.axis.value
-            values = v0 + (values - p0) * (v1 - v0) / (p1 - p0)
+        if (axis := self.entry.axis) is not None:
+            values = axis.value[0] + (values - axis.pixel[0]) * axis.scale
         return self.factor * values
 
     @property
@@ -150,6 +146,22 @@ class Column:
         return UNITS[self.unit][0] if self.unit else ""
 
     @property
+    def dimensions(self) -> tuple[str, ...]:
+        """Dimensions that its unit may have, by its place or its role."""
+        kind = kind_at(self.at)
+        return (SIGNAL_DIMENSION[kind],) if kind else ROLES[self.role]
+
+    @property
+    def states_length(self) -> bool:
+        """Whether the file states a unit of length."""
+        return UNITS.get(self.stated_unit, ("",))[0] == "length"
+
+    @property
+    def is_stroke(self) -> bool:
+        """Whether it is a yaw that was read as the stroke of a cylinder."""
+        return self.role in ("yaw", "yaw_head") and self.entry.unit is None and self.states_length
+
+    @property
     def labels(self) -> list[str]:
         """The cells as texts, "" where blank."""
         if self.is_text:
@@ -159,10 +171,8 @@ class Column:
     @property
     def by_hand(self) -> float | None:
         """One sigma [SI] of reading a digitised picture; None for a column that was logged."""
-        if self.entry.axis is None:
-            return None
-        (p0, p1), (v0, v1) = self.entry.axis.pixel, self.entry.axis.value
-        return abs((v1 - v0) / (p1 - p0) * self.factor) * self.entry.axis.u
+        axis = self.entry.axis
+        return None if axis is None else abs(axis.scale * self.factor) * axis.u
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -189,8 +199,7 @@ class LoggedTable:
     def values(self, role: str) -> np.ndarray | None:
         """Numbers [SI] of the column with this role, None where there is none or it holds no number."""
         found = self.column(role)
-        values = np.empty(0) if found is None or found.is_text else found.si()
-        return values if np.isfinite(values).any() else None
+        return None if found is None or not len(found.numbers) else found.si()
 
     def select_rows(self, rows: np.ndarray) -> "LoggedTable":
         """The table with these rows only."""
@@ -282,11 +291,10 @@ def propose_roles(table: LoggedTable) -> LoggedTable:
     if dates and clocks:
         date, clock = columns[dates[0]], columns[clocks[0]]
         of_day = clock.readings.get("hh:mm", clock.values)  # a clock beside a date is none of minutes and seconds
-        own: dict[str, Any] = {"readings": {order: days + of_day for order, days in date.readings.items()}}
-        own |= {"asked": date.asked, "first_cell": date.first_cell, "zone": date.zone}
+        both = replace(date, name=clock.name, values=date.values + of_day, proposed_by=f"its name, with {date.name}")
+        readings = {order: days + of_day for order, days in date.readings.items()}
         columns[dates[0]] = replace(date, role="ignore", unit="", proposed_by=f"in {clock.name} with the time of day")
-        own |= {"values": date.values + of_day, "proposed_by": f"its name, with {date.name}"}
-        columns[clocks[0]] = replace(clock, **own)
+        columns[clocks[0]] = replace(both, readings=readings)
     for k, column in enumerate(columns):
         if column.stamp and column.role == "time":
             values, remarks = wind_on(column.values)
@@ -321,12 +329,9 @@ def _propose(column: Column, header: str) -> Column:
     column, unit = replace(column, unit="", stated_unit=unit), unit if unit in UNITS else ""
     role = role_named(name)
     if column.is_text:
-        known, words = (
-            texts_of(SYNONYMS_FILE)["directions"],
-            [plain(v) for v in column.values] if role == "direction" else [],
-        )
-        signs = {"": np.nan} | dict.fromkeys(known["forward"], 1.0) | dict.fromkeys(known["reverse"], -1.0)
-        if any(words) and signs.keys() >= {*words}:
+        said, words = texts_of(SYNONYMS_FILE)["directions"], [plain(v) for v in column.values]
+        signs = {"": np.nan} | dict.fromkeys(said["forward"], 1.0) | dict.fromkeys(said["reverse"], -1.0)
+        if role == "direction" and any(words) and signs.keys() >= {*words}:
             values, why = np.array([signs[w] for w in words]), "its name and words"
             return replace(column, values=values, role=role, unit="1", is_certain=True, proposed_by=why)
         is_lost = bool(role) and ROLES[role] != () and unit in UNITS
@@ -341,7 +346,7 @@ def _propose(column: Column, header: str) -> Column:
             return replace(column, role=role, unit="", proposed_by=f"its name; a yaw in {unit} needs its lever")
         role = "signal" if dimension == "length" and place_named(name) else BY_DIMENSION.get(dimension, "")
     if not role:
-        return replace(column, role="", unit=unit, proposed_by="nothing is known of it")
+        return replace(column, role="", unit=unit, proposed_by=UNKNOWN)
     why = f"its name; its unit {column.stated_unit} is not known" if column.stated_unit and not unit else "its name"
     at = place_named(name) if role == "signal" else ""
     return replace(column, role=role, unit=unit, at=at, is_certain=bool(unit), proposed_by=why)
@@ -444,27 +449,24 @@ def _resolve(column: Column, taken: list[str]) -> Column:
     at = (entry.at or column.at) if role == "signal" else ""
     if entry.at and role == "ignore":
         raise InputError(f"{where}.role", role, "", "leave it out (or role: signal) where at says what it measures")
-    kind = kind_at(at)
-    if at and kind is None:
+    if at and kind_at(at) is None:
         raise InputError(f"{where}.at", at, "", f"{did_you_mean(at, PLACES)}, or {ELSEWHERE_EXAMPLE}")
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
-    kinds = (SIGNAL_DIMENSION[kind],) if kind else ROLES[role]  # of unit that it may have
-    if not kinds:
-        return replace(column, role=role, unit="", at="", asked="")
-
+    column, stated = replace(column, role=role, at=at), column.stated_unit
+    if not (kinds := column.dimensions):
+        return replace(column, unit="", asked="")
     own, unit = (scaled_unit(entry.unit) if entry.unit else None) or (1.0, entry.unit)
-    is_length = UNITS.get(column.stated_unit, ("",))[0] == "length"
-    if role in ("yaw", "yaw_head") and entry.unit is None and is_length:  # a cylinder's stroke
-        own, unit = UNITS[column.stated_unit][1], "rad"  # after entry.factor, 1/lever
+    if column.is_stroke:
+        own, unit = UNITS[stated][1], "rad"  # after entry.factor, 1/lever
     if unit is not None:
         unit = unit_of(unit, kinds, f"{where}.unit")
-    elif column.stated_unit in UNITS and UNITS[column.stated_unit][0] in kinds and column.stated_unit:
-        unit = column.stated_unit
+    elif stated and UNITS.get(stated, ("",))[0] in kinds:
+        unit = stated
     elif entry.axis is not None:  # marks of an axis
         unit = "m" if entry.role == "travel" else USUAL_UNITS[kinds[0]]
     else:  # rates are mm per m, as steady.csv has them
-        unit = "1" if kinds == ("number",) else "mm/m" if "rate" in role and not column.stated_unit else ""
+        unit = "1" if kinds == ("number",) else "mm/m" if "rate" in role and not stated else ""
 
     signal = ""
     if role == "signal":  # y1 to y4 and tilt by place; a second one of a place gets a letter
@@ -476,7 +478,7 @@ def _resolve(column: Column, taken: list[str]) -> Column:
         except InputError as error:
             raise InputError(f"{where}.name", signal, "", error.remedy) from None
     scale = UNITS[unit][1] * own * entry.factor * entry.sign
-    return replace(column, role=role, unit=unit, factor=scale, at=at, signal=signal)
+    return replace(column, unit=unit, factor=scale, signal=signal)
 
 
 def rises(column: Column) -> bool:
@@ -495,11 +497,9 @@ DRAWING = """\
 """
 
 
-def column_questions(logged: LoggedTables, used: list[LoggedTable]) -> tuple[list[Question], list[Question]]:
-    """Questions that must be answered, and those about columns that are left out as long as nobody answers.
-
-    used: the tables of ``logged`` as resolved. Raises CampaignError for a record without any number.
-    """
+def column_questions(used: list[LoggedTable]) -> tuple[list[Question], list[Question]]:
+    """Questions that must be answered, and those about columns that are left out as long as nobody answers; used: the
+    tables as resolved. Raises CampaignError for a record without any number."""
     found: list[Question] = []
     for table in used:
         found += [ask("place", name=c.name) for c in table.columns if c.role == "signal" and not c.at]
@@ -515,22 +515,17 @@ def column_questions(logged: LoggedTables, used: list[LoggedTable]) -> tuple[lis
                 remedy = "no column holds numbers that could be time or travel; give the log as numbers"
                 raise refusal(table.file, remedy, name="columns", value=", ".join(c.name for c in table.columns))
             numbers = [c for c in numbers if c.name != first.name]
-            is_length = UNITS.get(first.stated_unit, ("",))[0] == "length"
-            likelier_first = ("travel", "time") if is_length else ("time", "travel")
+            likelier_first = ("travel", "time") if first.states_length else ("time", "travel")
             found.append(ask("time_or_travel", likelier_first, name=first.name, file=file))
         if "signal" not in roles and numbers:
             found.append(ask("signal", name=numbers[0].name, file=file))
-    missing: dict[tuple[str, ...], Question] = {}
-    for question in found:
-        missing.setdefault(question.path, question)
-    asked, unknown = {path[1] for path in missing}, dict[str, Question]()
+    missing = {question.path: question for question in reversed(found)}  # of one path the first
+    asked = {path[1] for path in missing}
     options = (*PLACES, *(r for r in ROLES if not r.startswith(("signal", "rate", "u_rate"))))
-    for table, as_used in zip(logged.tables, used, strict=True):
-        for proposed, column in zip(table.columns, as_used.columns, strict=True):
-            stated = column.entry.role or proposed.role or column.is_text or column.role != "ignore"
-            if table.kind == "record" and not stated and column.name not in asked:
-                unknown.setdefault(column.name, ask("place_or_role", options, proposed="ignore", name=column.name))
-    return list(missing.values()), list(unknown.values())
+    columns = [c for t in used if t.kind == "record" for c in t.columns if c.role == "ignore" and not c.entry.role]
+    names = dict.fromkeys(c.name for c in columns if c.proposed_by == UNKNOWN and c.name not in asked)
+    unknown = [ask("place_or_role", options, proposed="ignore", name=name) for name in names]
+    return [missing[path] for path in dict.fromkeys(q.path for q in found)], unknown
 
 
 def span_of(column: Column) -> str:
@@ -563,9 +558,7 @@ def _open_questions(column: Column, table: LoggedTable) -> Iterator[Question]:
     remark = _SIGN.search(column.name)
     if remark and column.role in ("signal", "yaw", "yaw_head") and "sign" not in entry.model_fields_set:
         yield ask("sign", remark=remark.group().strip(" ()[],;"), **words)
-    is_length = UNITS.get(stated, ("",))[0] == "length"
-    is_stroke = column.role in ("yaw", "yaw_head") and entry.unit is None and is_length  # of a cylinder
-    if is_stroke and "factor" not in entry.model_fields_set:
+    if column.is_stroke and "factor" not in entry.model_fields_set:
         yield ask("lever", **words)
     if column.open_use:
         shown = "; ".join(f"{c.name}: {span_of(c)}" for c in table.columns if c.name in column.open_use)
@@ -575,9 +568,7 @@ def _open_questions(column: Column, table: LoggedTable) -> Iterator[Question]:
         yield ask("use", (*column.open_use, *more), shown=shown, several=several, **words)
     if column.is_lost and not entry.role:
         yield ask("texts", cell=quote(next(filter(None, column.labels))), **words)
-    kind = kind_at(column.at)
-    kinds = (SIGNAL_DIMENSION[kind],) if kind else ROLES[column.role]
-    if kinds and not column.unit:
+    if (kinds := column.dimensions) and not column.unit:
         there = column.numbers
         words["numbers"] = f" ({there[0]:.6g} to {there[-1]:.6g})" if len(there) else ""
         usual, units = USUAL_UNITS[kinds[0]], [u for u in NAMES if UNITS[u][0] in kinds]

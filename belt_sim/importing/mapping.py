@@ -119,6 +119,11 @@ class AxisEntry(Entry):
     value: Marks
     u: float = 1.0
 
+    @property
+    def scale(self) -> float:
+        """Of a pixel."""
+        return (self.value[1] - self.value[0]) / (self.pixel[1] - self.pixel[0])
+
 
 class ColumnEntry(Entry):
     role: RoleName | None = None

@@ -15,7 +15,7 @@ from belt_sim.campaign.folder import RATES, REPEAT_TOLERANCE, RUN_NUMBERS, UNKNO
 from belt_sim.campaign.quality import SPIKE, few_spikes, reading_at_yaw, resolution, scatter
 from belt_sim.campaign.types import SteadyRate, did_you_mean, shortlist
 from belt_sim.errors import InputError
-from belt_sim.importing.columns import LoggedTable, Note
+from belt_sim.importing.columns import Column, LoggedTable, Note
 from belt_sim.importing.mapping import DAY, MappingEntry, Question, RunEntry, ask, zone_seconds
 from belt_sim.importing.travel import FEWEST_ROWS, GOES_ON, RESTART, count_on, travel_of
 from belt_sim.units import DEGREE, N_PER_MM2, UNITS, number_of, plain_minus, quantity, round_digits, size_of
@@ -89,44 +89,32 @@ class FoundRuns:
     questions: list[Question] = field(default_factory=list)
 
 
-def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section, *, only_rates: bool) -> FoundRuns:
-    """The runs of all tables, or of the tables of rates alone; section: of the belt.
-
-    Raises InputError for a run of the mapping that no file has, and for what cannot be.
-    """
+def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section) -> FoundRuns:
+    """The runs of all tables; section: of the belt. Raises InputError for a run of the mapping that no file has, and
+    for what cannot be."""
     found = FoundRuns()
     names = [name for t in tables if t.kind == "rates" for name in _find_rated(t, mapping, section, found)]
-    if only_rates:
-        return found
     listed = table_settings([t for t in tables if t.kind == "settings"], section)
     names += listed
-    files: dict[str, list[AssembledRun]] = {}
-    lacks_speed = False
-    records = [t for t in tables if t.kind == "record"]
-    for block in [block for t in records for block in _split_runs(t, mapping, found.questions)]:
+    files, lacks_speed = dict[str, list[AssembledRun]](), False
+    for block in [b for t in tables if t.kind == "record" for b in _split_runs(t, mapping, found.questions)]:
         names.append(block.name)
         entry = mapping.runs.get(block.name, RunEntry())
-        if entry.skip:
-            continue
         stated = stated_settings(mapping, block.name, listed, section)
-        run = _assemble(block, entry, stated, mapping, section, found.questions)
-        if run is None:
-            lacks_speed = True
-        else:
-            files.setdefault(block.name, []).append(run)
+        run = None if entry.skip else _assemble(block, entry, stated, mapping, section, found.questions)
+        lacks_speed |= run is None and not entry.skip
+        files.setdefault(block.name, []).extend([run] if run else [])
     strange = next((name for name in mapping.runs if name not in names), None)
     if strange is not None and not lacks_speed:
         raise InputError(f"runs.{strange}", strange, "", f"no file has such a run; {did_you_mean(strange, names)}")
-    for parts in files.values():  # one run from several files: of each setting the first that has it
-        settings = {k: s for p in reversed(parts) for k, s in p.settings.items()}
-        record = parts[0].record
-        if len(parts) > 1:
-            record = pd.concat([p.record for p in parts]).groupby(level=0).last()
-            if not all(TIME_COLUMN in p.record for p in parts):
-                record = record.drop(columns=TIME_COLUMN, errors="ignore")
-        notes = tuple(dict.fromkeys(n for p in parts for n in p.notes))
+    for parts in filter(None, files.values()):  # one run from several files: of each setting the first that has it
+        record = pd.concat([p.record for p in parts]).groupby(level=0).last() if parts[1:] else parts[0].record
+        if not all(TIME_COLUMN in p.record for p in parts):
+            record = record.drop(columns=TIME_COLUMN, errors="ignore")
+        own: dict[str, Any] = {"settings": {k: s for p in reversed(parts) for k, s in p.settings.items()}}
+        own["notes"] = tuple(dict.fromkeys(n for p in parts for n in p.notes))
         file = ", ".join(dict.fromkeys(p.file for p in parts))
-        found.recorded.append(replace(parts[0], record=record, settings=settings, notes=notes, file=file))
+        found.recorded.append(replace(parts[0], record=record, file=file, **own))
     if lacks_speed:
         found.questions.append(ask("speed"))
     lacking = [(run, key) for run in found.recorded for key in NEEDED if key not in run.settings]
@@ -141,15 +129,15 @@ def _split_runs(table: LoggedTable, mapping: MappingEntry, open_questions: list[
     """The runs of a table; its columns may belong to different runs, or have travels of their own."""
     table = replace(table, notes=())  # those of the whole file are told already
     own = [c for c in table.columns if c.entry.run or c.entry.against]
-    travels = {c.entry.against for c in own if c.entry.against}
-    base = tuple(c for c in table.columns if not (c.entry.run or c.entry.against or c.name in travels))
+    travels: dict[str, Column | None] = {c.entry.against: None for c in own if c.entry.against}
+    travels |= {c.name: c for c in table.columns if c.name in travels}
+    base = tuple(c for c in table.columns if not (c.entry.run or c.entry.against) and c.name not in travels)
     shared = tuple(c for c in base if c.role != "signal")
     found: list[LoggedTable] = []
     for column in own:
         columns, run, against = (*shared, column), column.entry.run, column.entry.against
         if against:
-            along = next((c for c in table.columns if c.name == against), None)
-            if along is None:
+            if (along := travels[against]) is None:
                 raise InputError(f"columns.{column.name}.against", against, "", "names no column of its file")
             columns = (*(c for c in shared if c.role not in ("time", "travel")), along, column)
         part = replace(table, columns=columns)
@@ -269,9 +257,6 @@ def _assemble(
     record, file = pd.DataFrame(timed | signals, index=way.travel), block.file.name
     own: dict[str, Any] = {"key": block.name, "entry": entry, "record": record, "settings": known}
     return AssembledRun(**own, file=file, started=started, notes=tuple(notes))
-
-
-# ---- how far the belt has travelled: as logged, or from time and speed
 
 
 # ---- settings that are stated: by the mapping, by a table of runs, by a name
