@@ -14,7 +14,6 @@ import numpy as np
 from belt_sim.case import Case
 from belt_sim.curves import Curves
 from belt_sim.effects.base import Effect, Parameter, effect
-from belt_sim.effects.belt_shape import add_natural
 from belt_sim.effects.law import (
     BY_THE_BELT,
     COURSES,
@@ -34,6 +33,7 @@ from belt_sim.effects.law import (
     Term,
     number_name,
 )  # fmt: skip
+from belt_sim.effects.span import add_natural
 from belt_sim.errors import InputError, finite, flag
 from belt_sim.line.runup import add, angle_at
 from belt_sim.line.span import log_of_change, response, response_by_change, stretch_adds, stretch_ends, stretch_response

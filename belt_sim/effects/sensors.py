@@ -1,11 +1,74 @@
-"""Errors of the instruments: gain, zero, drift and delay of the edge sensors, and the scale of the encoder."""
+"""What instruments show: the belt's own edge; gain, zero, drift and delay of the edge sensors, scale of the encoder."""
 
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import jax.numpy as jnp
 
 from belt_sim.effects.base import PERCENT, Cause, Effect, effect, parameter, with_parameters
 from belt_sim.line.runup import add
+
+EDGE_HARMONICS = 40
+FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27
+
+
+_HARMONICS = {
+    f"{short}{k}": parameter(
+        "m", f"harmonic {k} of the belt length, {words}", plausible=(-1e-2 / k, 1e-2 / k), scale=2e-4 / k**FALLS
+    )
+    for k in range(1, EDGE_HARMONICS + 1)
+    for short, words in (("cos", "in phase"), ("sin", "in quadrature"))
+}
+
+
+@effect
+class EdgeProfile(with_parameters("_Harmonics", _HARMONICS)):  # type: ignore[misc]
+    """Sensors see y + e(material point): e repeats every belt length and passes points 4, 1, 2, 3 in turn.
+
+    e is free up to a wavelength of a fortieth of the belt; on a laboratory conveyor three harmonics left half of it,
+    twenty a fifth. It is linear in the reading: a fit needs no march for it, and takes as many harmonics as show.
+    """
+
+    title = "Edge profile: the belt's own edge is not straight"
+    law = "sensor"
+    reference = "docs/theory.md; spectrum as measured on a laboratory conveyor, 1.9 mm peak to peak"
+    parity = "even"
+    tension_exponent = 0.0
+    on_belt = True
+    comes_round = True
+    min_revolutions = 1.0  # seen once, but alike in all runs
+    cause = Cause(
+        "the belt's edge is not straight",
+        ("upper", "lower"),
+        "Look whether the reading repeats with every turn of the belt; average over whole turns.",
+    )
+
+    def sensor(self, reading, case):
+        phase = _phase(reading.sensor_travel, case)
+        cos, first, second = jnp.cos(phase), jnp.zeros(()), jnp.zeros(())
+        for k in range(EDGE_HARMONICS, 0, -1):  # Clenshaw's sums, of the cosines and of the sines
+            size = jnp.stack([getattr(self, f"cos{k}"), getattr(self, f"sin{k}")])[:, None, None]
+            first, second = size + 2.0 * cos * first - second, first
+        return replace(reading, y=reading.y + first[0] * cos - second[0] + first[1] * jnp.sin(phase))
+
+    @classmethod
+    def columns(cls, sensor_travel, case):
+        phase = jnp.arange(1, EDGE_HARMONICS + 1)[:, None, None] * _phase(sensor_travel, case)
+        return jnp.stack([jnp.cos(phase), jnp.sin(phase)], axis=1).reshape(-1, *phase.shape[1:])
+
+
+def _phase(seen, case):
+    """2 pi times the place on the belt over its length, of what passes points 1-4, shape (4, n).
+
+    What lies at point 4 at travel 0 has none, whichever way the belt goes, in a run that starts at the marked place.
+    """
+    rig, direction, seen = case.rig, case.settings.direction, seen + case.settings.start
+    at_1, at_2 = rig.span_length, rig.span_length + rig.wrap_tail
+    along = jnp.stack([at_1, at_2, at_2 + rig.span_length, 0.0 * at_1])  # points 1-4 along the belt from 4
+    return 2 * jnp.pi * (direction * seen[None] - along[:, None]) / rig.belt_length
+
+
+# The instruments.
 
 
 class _OfPoints(Effect):

@@ -8,9 +8,8 @@ from paper_cases import RIG, affected, paper_case
 from scipy.integrate import simpson, solve_bvp
 from scipy.linalg import expm
 
-from belt_sim.effects.belt_shape import Camber, Weld, raised_cosine
 from belt_sim.effects.pulley import Taper
-from belt_sim.effects.span import EdgeGuide
+from belt_sim.effects.span import Camber, EdgeGuide, Weld, raised_cosine
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.march import march_case
 from belt_sim.line.span import beam_first_order, beam_second_order, natural_curvature_rows, span_fields, strip, supports

@@ -10,8 +10,9 @@ from small_campaign import MODEL, campaign
 from belt_sim.diagnosis.forward import Forward, Slot, bin_attenuation, significant_harmonics
 from belt_sim.diagnosis.samples import Samples, samples_of
 from belt_sim.effects.base import library
-from belt_sim.effects.belt_shape import EdgeProfile, Weld
 from belt_sim.effects.pulley import Taper
+from belt_sim.effects.sensors import EdgeProfile
+from belt_sim.effects.span import Weld
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import Plan, RunSetting
 

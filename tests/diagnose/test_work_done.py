@@ -17,8 +17,8 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import HEAVY, Forward
 from belt_sim.diagnosis.samples import samples_of
 from belt_sim.discovery import responses
-from belt_sim.effects.belt_shape import Camber, Weld
 from belt_sim.effects.pulley import Crown, Taper
+from belt_sim.effects.span import Camber, Weld
 from belt_sim.effects.yaw import YawOffsetTail
 from belt_sim.jax_setup import StoredProgram
 from belt_sim.line import march

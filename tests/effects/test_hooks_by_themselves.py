@@ -11,9 +11,8 @@ import pytest
 from paper_cases import BELT, RIG, paper_case
 
 from belt_sim.effects.base import Effect, PartOfScene, effect, library, parameter
-from belt_sim.effects.belt_shape import Weld
 from belt_sim.effects.load import load_classes
-from belt_sim.effects.span import Shear
+from belt_sim.effects.span import Shear, Weld
 from belt_sim.effects.yaw import Wobble
 from belt_sim.errors import InputError
 from belt_sim.io import ROOT

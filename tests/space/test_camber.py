@@ -7,7 +7,7 @@ from paper_cases import paper_case
 from strip_bench import strip
 
 from belt_sim.curves import late_rates
-from belt_sim.effects.belt_shape import Camber, Weld
+from belt_sim.effects.span import Camber, Weld
 from belt_sim.errors import CannotRepresent
 from belt_sim.line.march import march_case
 from belt_sim.model import analytic_model

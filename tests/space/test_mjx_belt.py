@@ -11,9 +11,8 @@ from paper_cases import paper_case
 
 import belt_sim as bs
 from belt_sim.case import Schedule
-from belt_sim.effects.belt_shape import Camber
 from belt_sim.effects.pulley import LiftOff, Taper
-from belt_sim.effects.span import MachineTilt
+from belt_sim.effects.span import Camber, MachineTilt
 from belt_sim.effects.yaw import Cant, YawCompliance
 from belt_sim.errors import CannotRepresent, InputError, SimulationError
 from belt_sim.jax_setup import LEAST_EFFORT, in_float64, known_options

@@ -7,10 +7,9 @@ import pytest
 from scipy.interpolate import CubicSpline
 
 from belt_sim.curves import curves_columns
-from belt_sim.effects.belt_shape import Camber, Weld
 from belt_sim.effects.pulley import Crown, Taper
 from belt_sim.effects.sensors import EncoderScale, SensorGain
-from belt_sim.effects.span import EdgeGuide
+from belt_sim.effects.span import Camber, EdgeGuide, Weld
 from belt_sim.effects.yaw import Cant, TensionBias, YawOffsetTail
 from belt_sim.space import Options
 from belt_sim.space.model import SpaceModel
