@@ -153,6 +153,16 @@ def has_hook(fault: Fault | type[Fault], hook: str) -> bool:
     return getattr(fault if isinstance(fault, type) else type(fault), hook) is not FAULT_HOOKS[hook]
 
 
+def on_tail(amount: Callable) -> Callable:
+    """The hook ``turn`` of what turns the belt on the tail pulley only; amount: (fault, s, line) -> [1/m]."""
+    return lambda f, s, line, y, kappa: amount(f, s, line) * ON_TAIL_PULLEY
+
+
+def steady(load: Callable) -> Callable:
+    """The hook ``push`` of a load that remembers nothing; load: (fault, s, line) -> how much of it acts."""
+    return lambda f, s, line, unit, free, kept: (load(f, s, line) + 0 * free, kept)
+
+
 def fault(id: str, module: str, words: str, **given: Any) -> Any:
     """Return the class of a fault from a row of a module's table: numbers (``size``, ``shape``), hooks and facts."""
     numbers = {name: float for name, value in given.items() if isinstance(value, Field)}
@@ -175,6 +185,11 @@ def smooth_step(s, at, over):
 def random_course(seed: int) -> np.ndarray:
     """Normal numbers of 256 runs at so many knots of a course, (runs, knots)."""
     return np.random.default_rng(seed).standard_normal((256, COURSE_KNOTS))
+
+
+def random_walk(f, s, line, every: float = 1.0):
+    """Normal numbers (batch,) by the seed of a fault, one for every ``every`` metres of a run."""
+    return random_course(f.seed)[line.run, min(int(s / every), COURSE_KNOTS - 1)]
 
 
 SLOWEST_WARMING = 1e5  # [s], as good as linear in a record

@@ -16,7 +16,9 @@ from belt_sim.virtual_rig.fault import (
     Fault,
     between,
     fault,
+    on_tail,
     size,
+    steady,
     warm_up,
 )
 from belt_sim.virtual_rig.line import tilt_sensitivity, unit_load
@@ -27,11 +29,6 @@ from belt_sim.virtual_rig.line import tilt_sensitivity, unit_load
 def adds(field: str, number: str) -> Callable:
     """The hook ``set`` that adds a number of the fault to a constant of the line."""
     return lambda f, line: replace(line, **{field: getattr(line, field) + getattr(f, number)})
-
-
-def steady(load: Callable) -> Callable:
-    """The hook ``push`` of a load that remembers nothing; load: (fault, s, line) -> how much of it acts."""
-    return lambda f, s, line, unit, free, kept: (load(f, s, line) + 0 * free, kept)
 
 
 # The belt itself: natural curvature, weld, edge.
@@ -275,7 +272,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     "taper": {
         "words": "The tail pulley is a cone: (dR/dy)/R = kappa_t turns the stuck belt, dtheta/ds = -(kappa + kappa_t).",
         "kappa_t": size("1/m", 2e-5, 1e-3),
-        "turn": lambda f, s, line, y, kappa: f.kappa_t * ON_TAIL_PULLEY,
+        "turn": on_tail(lambda f, s, line: f.kappa_t),
     },
     "thickness_wedge": {
         "words": "The belt is thicker towards +y: its middle runs on the pulley's radius and half of it below, a cone.",
@@ -286,12 +283,12 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The tail grows a taper as it warms up: kappa_t = rate tau (1 - exp(-t/tau)), t since travel 0.",
         "rate": size("1/(m s)", 2e-7, 5e-6),
         "time_constant": TIME_CONSTANT,
-        "turn": lambda f, s, line, y, kappa: f.rate * warm_up(s, line, f.time_constant) * ON_TAIL_PULLEY,
+        "turn": on_tail(lambda f, s, line: f.rate * warm_up(s, line, f.time_constant)),
     },
     "build_up": {
         "words": "Dirt grows on one side of the tail pulley with the travel: a taper kappa_t = rate s.",
         "rate": size("1/m2", 5e-7, 1e-5),
-        "turn": lambda f, s, line, y, kappa: f.rate * s * ON_TAIL_PULLEY,
+        "turn": on_tail(lambda f, s, line: f.rate * s),
     },
     "crown": {
         "words": "The tail pulley is thicker in its middle: a taper -c y.",
@@ -321,9 +318,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The tail pulley sits askew on its shaft.",
         "beta_1": size("rad", 1e-3, 2e-3),
         "phase": ANY_PHASE,
-        "turn": lambda f, s, line, y, kappa: (
-            f.beta_1 * np.cos(_askew(f, s, line) - np.pi / 2) / line.tail_radius * ON_TAIL_PULLEY
-        ),
+        "turn": on_tail(lambda f, s, line: f.beta_1 * np.cos(_askew(f, s, line) - np.pi / 2) / line.tail_radius),
         "loads": lambda f, line: tuple(unit_load(line, upper, "roll_at_tail") for upper in (True, False)),
         "push": steady(lambda f, s, line: line.direction * f.beta_1 * np.sin(_askew(f, s, line))),
         "initial_state": _askew_at_first,

@@ -10,17 +10,18 @@ from belt_sim.case import GRAVITY
 from belt_sim.virtual_rig.fault import (
     ANY_PHASE,
     ANY_SEED,
-    COURSE_KNOTS,
     ON_HEAD_PULLEY,
     ON_TAIL_PULLEY,
     Fault,
     between,
     fault,
     log_uniform,
-    random_course,
+    on_tail,
+    random_walk,
     shape,
     size,
     smooth_step,
+    steady,
 )
 from belt_sim.virtual_rig.line import DOUBLINGS, Sections, unit_load
 
@@ -29,6 +30,7 @@ _UPPER, _LOWER = 1.0, -1.0
 _STATES = tuple(np.linspace(0.0, 1.0, 9))
 _MIDDLES = (np.arange(2**DOUBLINGS) + 0.5) / 2**DOUBLINGS  # of the elements, as shares of a span
 _FIBRES = np.linspace(-1.0, 1.0, 401)  # places across half the width
+_TURN = 2 * np.pi
 _FULL = 1e-4  # [rad]: yaw from which on a step sets the rubber fully
 _REFERENCE, _SMALLEST = 1e-4, 1e-5  # [rad] of contact angle
 
@@ -46,12 +48,43 @@ def at_tension(default: float, of: Callable[[Any, float], float]) -> Any:
     return shape(default, draw)
 
 
-# Formulas of more than a line.
+def _sag_at(plan, tension: float) -> float:
+    """Sag of a span at a tension a fifth higher [m]."""
+    return plan.belt.density.value * GRAVITY / (1.2 * tension) * plan.machine.centre_distance.value**2 / 8
+
+
+# Parts of formulas, and formulas of more than a line.
+
+
+def _size_of(alpha):
+    """Of a contact angle, in that at which a power of it is as large, and nowhere 0."""
+    return np.sqrt(alpha**2 + _SMALLEST**2) / _REFERENCE
 
 
 def _since(s, line):
     """Time since the yaw step [s]."""
     return np.maximum(s - line.yaw_at, 0.0) / line.speed
+
+
+def _fading(f, s, line):
+    """From 1 at the yaw step to 0, in a fault's ``time``."""
+    return np.exp(-_since(s, line) / f.time)
+
+
+def _way(f, s):
+    """Phase of a wave along the travel."""
+    return 2 * np.pi * s / f.wavelength
+
+
+def _flattened(x):
+    """tanh(x)/x."""
+    x = np.abs(x)
+    return np.where(x > 1e-6, np.tanh(x) / np.maximum(x, 1e-6), 1.0)
+
+
+def _lagging_set(f, s, line):
+    """Fully from a yaw of _FULL on, not by an error of a microradian."""
+    return f.kappa * np.clip(line.yaw / _FULL, -1.0, 1.0) * np.where(s >= line.yaw_at, _fading(f, s, line), 0.0)
 
 
 def _greasy_stretch(f, s, line, alpha):
@@ -113,15 +146,13 @@ def _slack_side(f, state, line, upper):
     return Sections(tension=left, sag=1 / left, torsion=1 - lost / line.torsion)
 
 
-#: what a row has of a stretch of the belt that is another while it passes a span
-_PASSING: dict[str, Any] = {"span_states": tuple(np.linspace(-0.25, 1.25, 31))}
-
-
-def _bump(f, place: float):
-    """How much of a stretch lies in every element when its middle is at a share ``place`` of the span."""
+def _stretch(f, place: float, line, more):
+    """The factor 1 + ``more`` (batch,) of every element on a stretch, whose middle is at a share ``place`` of the span,
+    falling off to 1 at its ends."""
     off = np.subtract.outer(np.zeros(np.shape(f.stretch)) + place, _MIDDLES)
     width = np.asarray(f.stretch)[..., None]
-    return np.where(np.abs(off) < width / 2, np.cos(np.pi * off / width) ** 2, 0.0)
+    there = np.where(np.abs(off) < width / 2, np.cos(np.pi * off / width) ** 2, 0.0)
+    return 1 + np.reshape(more, (-1, 1)) * there + 0 * line.stress[:, None]
 
 
 def _passes(f, s, line, to_tail, ends):
@@ -132,7 +163,13 @@ def _passes(f, s, line, to_tail, ends):
     return (np.mod(place + before, line.belt_length) - before) / line.span_length
 
 
-_PASSING |= {"span_state": _passes}
+#: what a row has of a stretch of the belt that is another while it passes a span
+_PASSING: dict[str, Any] = {
+    "span_states": tuple(np.linspace(-0.25, 1.25, 31)),
+    "span_state": _passes,
+    "at": between(3.0, 0.0, 1.0, "belt_length"),
+    "stretch": between(0.2, 0.15, 0.5),
+}
 
 
 def row(where: str, words: str, **given: Any) -> dict[str, Any]:
@@ -173,7 +210,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "The steering relaxes after its step: share (1 - exp(-t/time)) of the yaw is added in time.",
         share=size("1", 0.2, 3.0),
         time=shape(25.0, lambda plan, rng: rng.uniform(0.1, 0.5) * plan.length / plan.runs[0].speed),
-        yaw=lambda f, s, line: f.share * line.yaw * (1 - np.exp(-_since(s, line) / f.time)),
+        yaw=lambda f, s, line: f.share * line.yaw * (1 - _fading(f, s, line)),
     ),
     "ringing_yaw": row(
         "yaw_tail | time_since_step exponential, periodic; wave periodic; travel exponential",
@@ -181,9 +218,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         share=size("1", 0.3, 3.0),
         time=between(30.0, 0.1, 0.6, "duration"),
         period=between(20.0, 0.1, 0.4, "duration"),
-        yaw=lambda f, s, line: (
-            f.share * line.yaw * np.exp(-(t := _since(s, line)) / f.time) * np.sin(2 * np.pi * t / f.period)
-        ),
+        yaw=lambda f, s, line: f.share * line.yaw * _fading(f, s, line) * np.sin(_TURN * _since(s, line) / f.period),
     ),
     "strange_wave": row(
         "yaw_tail | wave periodic",
@@ -191,7 +226,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         amplitude=size("rad", 1e-4, 5e-3),
         wavelength=between(7.3, 3.0, 9.0),
         phase=ANY_PHASE,
-        yaw=lambda f, s, line: f.amplitude * np.sin(2 * np.pi * s / f.wavelength + f.phase),
+        yaw=lambda f, s, line: f.amplitude * np.sin(_way(f, s) + f.phase),
     ),
     "beating_head": row(
         "yaw_head | wave periodic; travel periodic",
@@ -200,9 +235,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         wavelength=between(4.0, 2.5, 7.0),
         ratio=between(1.15, 1.08, 1.3),
         phase=ANY_PHASE,
-        yaw_head=lambda f, s, line: (
-            f.amplitude * (np.sin((way := 2 * np.pi * s / f.wavelength) + f.phase) + np.sin(way / f.ratio))
-        ),
+        yaw_head=lambda f, s, line: f.amplitude * (np.sin(_way(f, s) + f.phase) + np.sin(_way(f, s) / f.ratio)),
     ),
     "thermostat_head": row(
         "yaw_head | wave periodic; time_since_step periodic; travel periodic",
@@ -211,7 +244,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         period=between(40.0, 0.1, 0.5, "duration"),
         phase=ANY_PHASE,
         yaw_head=lambda f, s, line: (
-            f.amplitude * 2 / np.pi * np.arcsin(np.sin(2 * np.pi * s / line.speed / f.period + f.phase))
+            f.amplitude * 2 / np.pi * np.arcsin(np.sin(_TURN * s / line.speed / f.period + f.phase))
         ),
     ),
     # Run-up: what turns the belt where it lands.
@@ -246,8 +279,8 @@ _TABLE: dict[str, dict[str, Any]] = {
         kappa=size("1/m", 1e-4, 1e-2),
         phase=ANY_PHASE,
         narrow=between(3.0, 1.5, 5.0),
-        turn=lambda f, s, line, y, kappa: (
-            f.kappa * np.exp(f.narrow * (np.cos((s + line.start) / line.tail_radius - f.phase) - 1)) * ON_TAIL_PULLEY
+        turn=on_tail(
+            lambda f, s, line: f.kappa * np.exp(f.narrow * (np.cos((s + line.start) / line.tail_radius - f.phase) - 1))
         ),
     ),
     "lagging_set": row(
@@ -255,12 +288,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "The tail's rubber stays askew after a yaw step and recovers in time: it turns the belt meanwhile.",
         kappa=size("1/m", 1e-4, 5e-3),
         time=shape(20.0, lambda plan, rng: rng.uniform(0.08, 0.5) * plan.length / plan.runs[0].speed),
-        turn=lambda f, s, line, y, kappa: (  # fully from a yaw of _FULL on, not by an error of a microradian
-            f.kappa
-            * np.clip(line.yaw / _FULL, -1.0, 1.0)
-            * np.where(s >= line.yaw_at, np.exp(-_since(s, line) / f.time), 0.0)
-            * ON_TAIL_PULLEY
-        ),
+        turn=on_tail(_lagging_set),
     ),
     "rut": row(
         "runup_tail | y linear; belt_phase linear, periodic",
@@ -273,9 +301,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "The contact angle on the tail pulley takes a random walk of its own in every run.",
         size=size("rad/m^0.5", 5e-6, 1e-3, positive=True),
         seed=ANY_SEED,
-        turn=lambda f, s, line, y, kappa: (
-            f.size * random_course(f.seed)[line.run, min(int(s), COURSE_KNOTS - 1)] * ON_TAIL_PULLEY
-        ),
+        turn=on_tail(lambda f, s, line: f.size * random_walk(f, s, line)),
     ),
     # Run-up and wrap: how the belt follows its contact angle, and slides.
     "adhesion_loss": row(
@@ -307,17 +333,13 @@ _TABLE: dict[str, dict[str, Any]] = {
         "runup_tail | contact_angle power",
         "On the tail pulley the belt climbs by a power of its contact angle, |alpha|^(1 + p), alike at 0.1 mrad.",
         p=size("1", 0.2, 1.5),
-        slide=lambda f, s, line, alpha: np.concatenate(
-            [(size := np.sqrt(alpha[:1] ** 2 + _SMALLEST**2) / _REFERENCE) ** f.p, np.ones_like(size)]
-        ),
+        slide=lambda f, s, line, alpha: np.where(ON_TAIL_PULLEY > 0, _size_of(alpha) ** f.p, 1.0),
     ),
     "grip_limit": row(
         "runup_both | contact_angle saturating, power",
         "The belt follows its contact angle less and less, the larger it is: alpha becomes a tanh(alpha/a).",
         inverse_angle=size("1/rad", 2e3, 2e5, positive=True),
-        slide=lambda f, s, line, alpha: np.where(
-            (x := np.abs(alpha * f.inverse_angle)) > 1e-6, np.tanh(x) / np.maximum(x, 1e-6), 1.0
-        ),
+        slide=lambda f, s, line, alpha: _flattened(alpha * f.inverse_angle),
     ),
     "wrap_creep": row(
         "wrap | contact_angle linear",
@@ -370,11 +392,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "sensor_all | y saturating, power",
         "The sensors' optics flatten towards the ends of their range: tanh(c y)/c instead of y.",
         c=size("1/m", 40.0, 2e3, positive=True),
-        read=lambda f, value, place, s, line: (
-            value * np.where((x := np.abs(f.c * value)) > 1e-6, np.tanh(x) / np.maximum(x, 1e-6), 1.0)
-            if place.startswith("point_")
-            else value
-        ),
+        read=lambda f, value, place, s, line: value * _flattened(f.c * value) if place.startswith("point_") else value,
     ),
     "sticky_gauge": row(
         "sensor_y1 | y threshold, constant, saturating",
@@ -404,10 +422,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         phase=ANY_PHASE,
         share=between(0.5, 0.2, 0.8),
         loads=lambda f, line: (unit_load(line, False, "force", f.share),),
-        push=lambda f, s, line, load, free, kept: (
-            f.force * np.cos(2 * np.pi * s / f.wavelength + f.phase) + 0 * free,
-            kept,
-        ),
+        push=steady(lambda f, s, line: f.force * np.cos(_way(f, s) + f.phase)),
     ),
     "sticky_rest": row(
         "span | y saturating, threshold, linear; contact_angle threshold, constant",
@@ -424,11 +439,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         pressure=size("N/m", 0.03, 5.0, positive=True),
         seed=ANY_SEED,
         turn=lambda f, s, line, y, kappa: np.broadcast_to(
-            f.pressure
-            * random_course(f.seed)[line.run, min(int(s / 9.0), COURSE_KNOTS - 1)]
-            * line.span_length**2
-            / (12 * line.bending),
-            y.shape,
+            f.pressure * random_walk(f, s, line, 9.0) * line.span_length**2 / (12 * line.bending), y.shape
         ),
     ),
     # The spans themselves: EI, T, Z or F that are not what the sheet says, or change with what the belt does.
@@ -451,9 +462,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         idle_on=FLAT,
         share=size("1", 0.4, 0.95, positive=True),
         onset=at_tension(3e7, lambda plan, tension: 1.5 * tension),
-        sections=lambda f, state, line, upper: Sections(
-            torsion=1 - f.share * np.clip(1 - line.stress / f.onset, 0.0, 1.0)
-        ),
+        sections=lambda f, state, line, upper: Sections(torsion=1 - f.share * np.clip(1 - line.stress / f.onset, 0, 1)),
     ),
     "torsion_creep": row(
         "span_torsion | time_since_step exponential, saturating; travel exponential, saturating",
@@ -467,10 +476,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     ),
     "edge_cracks": row(
         "span_bending | curvature threshold, saturating; yaw threshold, saturating; contact_angle threshold",
-        (
-            "One edge is cracked: a span that is bent so that the cracks open bends by ``share`` more easily. "
-            "Its bend is the angle between the ends, the mean curvature times the length."
-        ),
+        "One edge is cracked: a span whose ends are turned so that the cracks open bends by ``share`` more easily.",
         span_states=_STATES,
         share=size("1", 0.3, 0.95, positive=True),
         sign=shape(1.0, lambda plan, rng: rng.choice((-1.0, 1.0))),
@@ -500,12 +506,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "A belt that sags by more than ``gap`` touches a roller at mid-span, which holds its cross-section level.",
         idle_on=FLAT,
         stiffness=size("N m/rad", 5.0, 1e4, positive=True),
-        gap=at_tension(  # the sag there
-            0.05,
-            lambda plan, tension: (
-                plan.belt.density.value * GRAVITY / (1.2 * tension) * plan.machine.centre_distance.value**2 / 8
-            ),
-        ),
+        gap=at_tension(0.05, _sag_at),
         side=shape(_LOWER, lambda plan, rng: rng.choice((_UPPER, _LOWER))),
         sections=lambda f, state, line, upper: Sections(
             roll_spring=f.stiffness
@@ -532,25 +533,17 @@ _TABLE: dict[str, dict[str, Any]] = {
     "soft_joint": row(
         "span_bending | belt_phase periodic, threshold; wave periodic; travel periodic",
         "The belt bends more easily where it is joined: EI falls by ``share`` there, while the joint is in a span.",
-        **_PASSING,
         share=size("1", 0.6, 0.95, positive=True),
-        at=between(3.0, 0.0, 1.0, "belt_length"),
-        stretch=between(0.2, 0.15, 0.5),
-        sections=lambda f, state, line, upper: Sections(
-            bending=1 - np.reshape(f.share, (-1, 1)) * _bump(f, state) + 0 * line.stress[:, None]
-        ),
+        **_PASSING,
+        sections=lambda f, state, line, upper: Sections(bending=_stretch(f, state, line, -f.share)),
     ),
     "repair_plate": row(
         "span_torsion | belt_phase periodic, threshold; wave periodic; travel periodic",
         "A plate welded on stiffens a stretch of the belt against twisting: T (1 + c) there.",
         idle_on=FLAT,
-        **_PASSING,
         c=size("1", 5.0, 200.0, positive=True),
-        at=between(3.0, 0.0, 1.0, "belt_length"),
-        stretch=between(0.2, 0.15, 0.5),
-        sections=lambda f, state, line, upper: Sections(
-            torsion=1 + np.reshape(f.c, (-1, 1)) * _bump(f, state) + 0 * line.stress[:, None]
-        ),
+        **_PASSING,
+        sections=lambda f, state, line, upper: Sections(torsion=_stretch(f, state, line, f.c)),
     ),
 }
 UNMODELLED: dict[str, type[Fault]] = {id: fault(id, __name__, **_TABLE[id]) for id in sorted(_TABLE)}
