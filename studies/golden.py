@@ -15,7 +15,6 @@ campaign.
 """
 
 import contextlib
-import csv
 import hashlib
 import io
 import json
@@ -31,6 +30,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
 
+import pandas as pd
 import yaml
 
 from belt_sim.io import CAMPAIGNS
@@ -155,10 +155,9 @@ def imports(only: str, folder: Path) -> Iterator[tuple[str, Json]]:
         files = sorted(str(p) for p in given.iterdir() if p.name != "mapping.yaml")
         mapping = [f"mapping={given / 'mapping.yaml'}"] if (given / "mapping.yaml").exists() else []
         out = folder / given.name
-        status, message = command_status(
-            "import", *files, *mapping, f"out={out}", "overwrite=true", "pictures=false", f"hydra.run.dir={out}_run"
-        )
-        message = message.replace(f"{given}/", "").removeprefix("belt-sim: ")
+        asked = [f"out={out}", "overwrite=true", "pictures=false", f"hydra.run.dir={out}_run"]
+        status, _, errors = run(["import", *files, *mapping, *asked])
+        message = errors.strip().replace(f"{given}/", "").removeprefix("belt-sim: ")
         yield given.name, {"refused": True, "message": message} if status else campaign(out)
 
 
@@ -222,24 +221,12 @@ def commands(only: str, folder: Path) -> Iterator[tuple[str, Json]]:
 
 def first_lines(typed: str, place: Path) -> Json:
     """Exit status, first line of output and all of the errors' lines of one command."""
-    output, errors, before = io.StringIO(), io.StringIO(), sys.argv
-    status: Json
-    words = [word.replace("ROOT", str(ROOT)) for word in shlex.split(typed)]
-    sys.argv = ["belt-sim", *words]
     try:
-        from belt_sim.commands.cli import run_command
-
-        with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
-            status = run_command(words)
-    except SystemExit as end:
-        status = end.code
+        status, output, errors = run(word.replace("ROOT", str(ROOT)) for word in shlex.split(typed))
     except Exception as error:
-        status = f"traceback: {type(error).__name__}"
-    finally:
-        sys.argv = before
-    told = [line for line in errors.getvalue().splitlines() if line.strip() and " s left" not in line]
-    first = next(iter(output.getvalue().splitlines()), "")
-    return [status, stable(first, place), [stable(line, place) for line in told]]
+        status, output, errors = f"traceback: {type(error).__name__}", "", ""
+    told = [line for line in errors.splitlines() if line.strip() and " s left" not in line]
+    return [status, stable(next(iter(output.splitlines()), ""), place), [stable(line, place) for line in told]]
 
 
 def stable(text: str, place: Path) -> str:
@@ -276,53 +263,51 @@ def published_scores() -> dict[str, Json]:
 # --- how it is computed -----------------------------------------------------------------------------------------------
 
 
-def command_status(*arguments: str) -> tuple[int, str]:
-    """Exit status of a belt-sim command in this process, and the last line of its errors."""
+def run(words: Iterable[str]) -> tuple[Json, str, str]:
+    """Exit status, output and errors of a belt-sim command in this process."""
     from belt_sim.commands.cli import run_command
 
-    before, errors = sys.argv, io.StringIO()
+    output, errors, before, words = io.StringIO(), io.StringIO(), sys.argv, list(words)
+    sys.argv = ["belt-sim", *words]
     try:
-        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors):
-            status = run_command(list(arguments))
+        with contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors):
+            status: Json = run_command(words)
+    except SystemExit as end:
+        status = end.code
     finally:
         sys.argv = before
-    return status, errors.getvalue().strip()
+    return status, output.getvalue(), errors.getvalue()
 
 
-def command(*arguments: str) -> None:
+def command(*words: str) -> None:
     """A belt-sim command that must succeed."""
-    status, errors = command_status(*arguments)
+    status, _, errors = run(words)
     if status:
-        raise SystemExit(f"belt-sim {' '.join(arguments)}: status {status}\n{errors}")
+        raise SystemExit(f"belt-sim {' '.join(words)}: status {status}\n{errors}")
 
 
 def columns(path: Path) -> dict[str, list[float]]:
     """Column -> ROWS of its values."""
-    with path.open(encoding="utf-8") as file:
-        rows = list(csv.reader(file))
-    header, values = rows[0], spread(rows[1:])
-    return {name: [float(row[k]) for row in values] for k, name in enumerate(header)}
+    table = pd.read_csv(path, float_precision="round_trip")
+    return table.iloc[spread([*range(len(table))])].astype(float).to_dict("list")
 
 
 def campaign(folder: Path) -> Json:
     """Sheet, runs and readings of a campaign folder; of each run's readings ROWS rows and how many there are."""
-    sheet = yaml.safe_load((folder / "campaign.yaml").read_text(encoding="utf-8"))
-    content: dict[str, Any] = {"sheet": sheet}
-    for name in ("runs.csv", "signals.csv", "steady.csv"):
-        path = folder / name
+    content: dict[str, Any] = {"sheet": yaml.safe_load((folder / "campaign.yaml").read_text(encoding="utf-8"))}
+    for name in ("runs", "signals", "steady"):
+        path = folder / f"{name}.csv"
         if not path.exists():
             continue
-        with path.open(encoding="utf-8") as file:
-            rows = list(csv.DictReader(file))
-        if name == "runs.csv":
-            content["runs"] = {row["run"]: {k: number(v) for k, v in row.items() if k != "run"} for row in rows}
-            continue
-        readings: dict[str, Json] = {}
-        for run in dict.fromkeys(row["run"] for row in rows):
-            own = [row for row in rows if row["run"] == run]
-            kept = {k: {"rows": [number(row[k]) for row in spread(own)]} for k in own[0] if k != "run"}
-            readings[run] = {"count": len(own)} | kept
-        content[name.removesuffix(".csv")] = readings
+        by_run = pd.read_csv(path, dtype=str, keep_default_na=False).map(number).groupby("run", sort=False)
+        runs = {run: rows.drop(columns="run").to_dict("list") for run, rows in by_run}
+        if name == "runs":
+            content["runs"] = {run: {k: v for k, (v,) in row.items()} for run, row in runs.items()}
+        else:
+            content[name] = {
+                run: {"count": len(next(iter(row.values())))} | {k: {"rows": spread(v)} for k, v in row.items()}
+                for run, row in runs.items()
+            }
     return content
 
 
