@@ -286,7 +286,7 @@ def command(*words: str) -> None:
         raise SystemExit(f"belt-sim {' '.join(words)}: status {status}\n{errors}")
 
 
-def columns(path: Path) -> dict[str, list[float]]:
+def columns(path: Path) -> dict[Any, list[float]]:
     """Column -> ROWS of its values."""
     table = pd.read_csv(path, float_precision="round_trip")
     return table.iloc[spread([*range(len(table))])].astype(float).to_dict("list")

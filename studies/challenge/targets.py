@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 
 import numpy as np
 from scipy.stats import binomtest
@@ -14,6 +15,7 @@ _BETWEEN = {3: (2.0, 4.5), 6: (4.5, 9.0), 12: (9.0, 18.0), 24: (18.0, 1e9)}  # g
 SEEN = 6 * 0.8  # d from which an effect is to be named
 GOOD_REMOVAL = 0.9
 Flag = Callable[[ScoredCase], bool]
+_right: Flag = attrgetter("right")
 
 
 @dataclass(frozen=True)
@@ -144,7 +146,3 @@ def targets(rows: Sequence[ScoredCase]) -> list[Target]:
 def confidently_wrong(f: ScoredCase) -> bool:
     """A false name is said with confidence."""
     return f.verdict in NAMING and any(p >= SURE for p in f.false_names.values())
-
-
-def _right(f: ScoredCase) -> bool:
-    return f.right
