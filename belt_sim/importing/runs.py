@@ -437,48 +437,64 @@ def runs_on_one_grid(
         return [], [], 0.0
     records, step, notes = _averaged(made, entry.step_m)
     runs = _runs_of(made)
-    unset = (r.name for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings)
-    notes += [Note(name, YAW_FROM_START) for name in unset]
-    found = [r for r, m in zip(runs, made, strict=True) if r.repeat_of and m.entry.repeat_of is None]
-    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in found]
-    blank = [r.name for r in runs if r.start is None]
-    if counted := [r.name for r in runs if r.start is not None] if blank else []:
-        told = f"not known, but that of {shortlist(counted)} is; state it of every run, or of none"
-        raise InputError(f"runs.{blank[0]}.start", None, "m", told)
     names = dict.fromkeys(str(n) for record in records for n in record if n != TIME_COLUMN)
-    for m, record in zip(made, records, strict=True):
-        if lacking := [n for n in names if n not in record]:
-            text = f"has no {' and no '.join(lacking)}, which other runs have; is its column called otherwise there?"
-            notes.append(Note(m.key, text))
+    notes += _remarks(made, runs, records, list(names))
 
-    out, off_middle, subtracted = [], list[float](), {n: list[float]() for n in names}  # [mm or mrad]
-    for run, record in zip(runs, records, strict=True):
-        travel = record.index.to_numpy()
-        starts = {n: _reading_at_yaw(travel - run.yaw_at, record[n].to_numpy()) for n in names if n in record}
-        for name, at_yaw in starts.items():
-            subtracted[name].append(1e3 * at_yaw)
-        if run.y0 is None and (known := middles.keys() & starts):
-            y0 = round_digits(float(np.mean([starts[n] - middles[n] for n in known])), LOGGED_DIGITS)
-            run = replace(run, y0=y0)
-            off_middle.append(1e3 * y0)
-        from_yaw = {n: np.round(record[n].to_numpy() - at_yaw, DECIMALS) for n, at_yaw in starts.items()}
-        signals = from_yaw if entry.start == "yaw" else {n: record[n].to_numpy() for n in starts}
-        time = record[TIME_COLUMN].to_numpy() if TIME_COLUMN in record else None
-        if (yaw_at := run.yaw_at + run.counted_from) < 0.0:
-            remedy = "is before the record: state run_in too, how far the belt had run from a straight start by then"
-            raise InputError(f"runs.{run.name}.yaw_at", run.yaw_at, "m", remedy)
-        start = None if run.start is None else run.start - run.counted_from
-        way = travel + run.counted_from
-        out.append(replace(run, travel=way, yaw_at=yaw_at, start=start, time=time, signals=signals))
+    at_yaw = [  # signal -> its reading where the yaw is set, of every run
+        {n: _reading_at_yaw(record.index.to_numpy() - run.yaw_at, record[n].to_numpy()) for n in names if n in record}
+        for run, record in zip(runs, records, strict=True)
+    ]
+    out = [_with_record(*of_run, entry.start == "yaw", middles) for of_run in zip(runs, records, at_yaw, strict=True)]
+
+    subtracted = {n: [1e3 * first[n] for first in at_yaw if n in first] for n in names}  # [mm or mrad]
     off_by = [f"{n} {min(x):.4g} to {max(x):.4g}" for n, x in subtracted.items() if max(map(abs, x)) > 1e-3]
     if off_by and entry.start == "yaw":
         text = f"readings are 0 at the yaw; subtracted: {', '.join(off_by)} (mm or mrad)"
         more = "" if middles else "; middle: 150 mm of a column (its reading of a centred belt) keeps the place"
         notes.append(Note("", text + more))
+    off_middle = [1e3 * r.y0 for r, stated in zip(out, runs, strict=True) if stated.y0 is None and r.y0 is not None]
     if off_middle:
         text = f"y0 by middle: {min(off_middle):.4g} to {max(off_middle):.4g} mm off the middle of the pulleys"
         notes.append(Note("", text))
     return out, notes, step
+
+
+def _remarks(made: list[AssembledRun], runs: list[Run], records: list[Any], names: list[str]) -> list[Note]:
+    """What is told of runs beside one another; raises InputError where only some state their start."""
+    blank, counted = ([r.name for r in runs if (r.start is None) == unstated] for unstated in (True, False))
+    if blank and counted:
+        told = f"not known, but that of {shortlist(counted)} is; state it of every run, or of none"
+        raise InputError(f"runs.{blank[0]}.start", None, "m", told)
+    unset = (r.name for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings)
+    found = (r for r, m in zip(runs, made, strict=True) if r.repeat_of and m.entry.repeat_of is None)
+    notes = [Note(name, YAW_FROM_START) for name in unset]
+    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in found]
+    for m, record in zip(made, records, strict=True):
+        if lacking := [n for n in names if n not in record]:
+            text = f"has no {' and no '.join(lacking)}, which other runs have; is its column called otherwise there?"
+            notes.append(Note(m.key, text))
+    return notes
+
+
+def _with_record(
+    run: Run, record: Any, at_yaw: Mapping[str, float], from_yaw: bool, middles: Mapping[str, float]
+) -> Run:
+    """A run with its record, whose readings count from those at the yaw or stay; y0 by ``middles`` where unstated."""
+    if (yaw_at := run.yaw_at + run.counted_from) < 0.0:
+        remedy = "is before the record: state run_in too, how far the belt had run from a straight start by then"
+        raise InputError(f"runs.{run.name}.yaw_at", run.yaw_at, "m", remedy)
+    if run.y0 is None and (known := middles.keys() & at_yaw):
+        y0 = round_digits(float(np.mean([at_yaw[n] - middles[n] for n in known])), LOGGED_DIGITS)
+        run = replace(run, y0=y0)
+    read = {n: record[n].to_numpy() for n in at_yaw}
+    return replace(
+        run,
+        travel=record.index.to_numpy() + run.counted_from,
+        yaw_at=yaw_at,
+        start=None if run.start is None else run.start - run.counted_from,
+        time=record[TIME_COLUMN].to_numpy() if TIME_COLUMN in record else None,
+        signals={n: np.round(y - at_yaw[n], DECIMALS) for n, y in read.items()} if from_yaw else read,
+    )
 
 
 def _runs_of(made: list[AssembledRun]) -> list[Run]:
