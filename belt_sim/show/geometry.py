@@ -1,6 +1,5 @@
 """The shape of a drawn belt: how much movements are enlarged, fewer stations, tilt and its colours, the ribbon; frames
-of a belt that only curves are known of.
-"""
+of a belt that only curves are known of."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -69,11 +68,8 @@ def full_colour_tilt(case: Case) -> float:
 
 
 def enlarge(frame: Frame, scale: ViewScale) -> Frame:
-    """The frame as it is drawn; width, sag and pulleys stay true.
-
-    A centre line (x, y, z) becomes (x', lateral y, z), where x' shortens what lies between the axes. The half
-    cross-section (ex, ey, ez) from there to an edge becomes (plan ex, ey, tilt ez).
-    """
+    """The frame as it is drawn: a centre line (x, y, z) becomes (x', lateral y, z), where x' shortens what lies between
+    the axes, the half cross-section (ex, ey, ez) from there to an edge (plan ex, ey, tilt ez)."""
     left, right = np.asarray(frame.left, float), np.asarray(frame.right, float)
     centre, half = 0.5 * (left + right), 0.5 * (left - right)
     points = np.array(frame.points, float)
@@ -109,10 +105,8 @@ ROPE_WIDTH = 1e-6
 
 
 def tilt(left: np.ndarray, right: np.ndarray) -> np.ndarray:
-    """Angle of each cross-section against the horizontal [rad], positive where the edge at +y is higher.
-
-    left, right: shape (n, 3) [m]. A rope (both edges one line) has no tilt: 0.
-    """
+    """Angle of each cross-section against the horizontal [rad], positive where the edge at +y is higher; left, right:
+    shape (n, 3) [m]; 0 of a rope, both edges of which are one line."""
     across = np.asarray(left, float) - np.asarray(right, float)
     width = np.linalg.norm(across, axis=-1)
     rope = width < ROPE_WIDTH
@@ -140,11 +134,8 @@ STATIONS_ON_SPAN, STATIONS_ON_WRAP = 16, 14  # of a belt that only curves are kn
 
 
 def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
-    """One frame each ``every`` [m] of travel: straight or sagging spans between points 1-4, wrapped pulleys.
-
-    Between the four points y runs linearly over each span and each wrap; sag is a parabola,
-    tilt a parabola from zero on the pulleys to the curves' value in the middle.
-    """
+    """One frame each ``every`` [m] of travel: between points 1-4 y runs linearly over each span and each wrap; sag is a
+    parabola, tilt a parabola from zero on the pulleys to the curves' value in the middle."""
     travel = np.asarray(curves.travel, float)
     stops = np.unique(np.append(np.arange(travel[0], travel[-1], every), travel[-1]))
     tilt = np.zeros((2, len(travel))) if curves.tilt is None else np.asarray(curves.tilt, float)

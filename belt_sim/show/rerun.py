@@ -1,7 +1,4 @@
-"""Watch a belt in Rerun: live in a viewer, or as a recording on disk; runs of a campaign with what was measured.
-
-The belt, its pulleys and the four points stand in Rerun's space, with the time series of the run below them.
-"""
+"""Watch a belt in Rerun: live in a viewer, or as a recording on disk; runs of a campaign with what was measured."""
 
 import contextlib
 import math
@@ -27,8 +24,6 @@ from belt_sim.show.style import BLUE, CYCLE, FAINT_INK, GREEN, INK, POINT_COLOUR
 from belt_sim.show.terminal import has_display
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 
-# Time series, in the units that people read.
-
 TRAVEL_LINE = "travel, 1 s = 1 m"  # Rerun has no timeline of lengths: of its kinds a duration alone reads 10 at 10 m
 TIME_LINE = "time"
 
@@ -51,9 +46,6 @@ SERIES_LOOKS: dict[str, tuple[str, str, str, float]] = {
 }
 
 
-PLAY_SPEED = 2.0  # [m of travel per second]
-
-
 def run_title(case: Case) -> str:
     """The settings of a run, as a tab or a view is called: 7 N/mm2, yaw -0.042 deg."""
     tail, head = (float(yaw.last()) for yaw in (case.settings.yaw, case.settings.yaw_head))
@@ -71,11 +63,10 @@ def root_of(title: str) -> str:
 BACKGROUND = [206, 214, 223]
 #: Share of a plot's width, to the right of the curves, that is left to its legend.
 WIDE_LEGEND, NARROW_LEGEND = 0.22, 0.32
-NO_LEGEND_MARGIN = 0.04  # without a legend, so that the last number of the axis is not cut
 
 
 def space(case: Case, root: str, name: str, scale: ViewScale) -> rrb.Spatial3DView:
-    """A view of the machine as drawn, from beside and beyond the tail pulley, whose yaw is what matters."""
+    """A view of the machine, from beside and beyond the tail pulley, whose yaw is what matters."""
     length, radius = float(case.rig.centre_distance) / scale.shortened, float(case.rig.tail_radius)
     whole = length + 2.0 * radius
     eye = rrb.EyeControls3D(
@@ -92,33 +83,26 @@ def series_plot(
 ) -> rrb.TimeSeriesView:
     """One plot of time series over all of the ``travel`` [m] to come, its legend to the right of the curves, 0 = none;
     most: what the ordinate reaches to either side, None = as the curves are."""
-    end = rrb.TimeRangeBoundary.absolute(seconds=travel / (1.0 - max(legend, NO_LEGEND_MARGIN)))
-    whole = rrb.TimeRange(rrb.TimeRangeBoundary.absolute(seconds=0.0), end)
+    end = travel / (1.0 - max(legend, 0.04))  # without a legend, so that the last number of the axis is not cut
+    whole = rrb.TimeRange(*(rrb.TimeRangeBoundary.absolute(seconds=s) for s in (0.0, end)))
     shown = rrb.PlotLegend(corner=rrb.Corner2D.RightTop, visible=bool(legend))
-    axes: dict[str, Any] = {"axis_x": rrb.TimeAxis(view_range=whole)}
-    axes |= {} if most is None else {"axis_y": rrb.ScalarAxis(range=(-most, most))}
+    axis = None if most is None else rrb.ScalarAxis(range=(-most, most))
+    axes = {"axis_x": rrb.TimeAxis(view_range=whole), "axis_y": axis}
     return rrb.TimeSeriesView(origin=origin, name=name, plot_legend=shown, **axes)
 
 
 def blueprint(body: rrb.Container, live: bool) -> rrb.Blueprint:
     """``body`` over the travel timeline, played at 2 m/s; live: it follows what comes, else it plays from the start."""
     state: Literal["following", "playing"] = "following" if live else "playing"
-    time_panel = rrb.TimePanel(timeline=TRAVEL_LINE, playback_speed=PLAY_SPEED, state="collapsed", play_state=state)
+    time_panel = rrb.TimePanel(timeline=TRAVEL_LINE, playback_speed=2.0, state="collapsed", play_state=state)
     hidden = rrb.BlueprintPanel(state="collapsed"), rrb.SelectionPanel(state="collapsed")
     return rrb.Blueprint(body, time_panel, *hidden)
 
 
-#: Face of a pulley in belt widths, true to scale and enlarged; the axis stands out by STUB faces.
-FACE_TRUE, FACE_DRAWN = 1.6, 3.2
-STUB = 0.2
-PULLEY = (150, 160, 172)
+FACE_TRUE, FACE_DRAWN = 1.6, 3.2  # face of a pulley in belt widths, true to scale and enlarged
 #: Width of lines and size of dots on the screen [px]: negative radii are that to Rerun.
 EDGE_WIDTH, AXIS_WIDTH, REACH_WIDTH, DOT_SIZE = -0.7, -1.5, -2.0, -5.0
-#: An arrow's length in lengths of the machine, and colours in the bar that explains them.
-ARROW_LENGTH, SHADES = 0.12, 21
-#: Marks stand so many pulley radii above the belt, which would hide them.
-ABOVE = 0.04
-UP = (0, 0, 1)
+SHADES = 21  # colours in the bar that explains them
 CORNERS = 96  # corners of a pulley's rim: Rerun's own cylinders have few enough to be seen
 
 
@@ -136,7 +120,7 @@ def drum(width: float, radius: float) -> rr.Mesh3D:
         vertex_positions=np.vstack([*rings, *rings]),
         vertex_normals=np.vstack([out, out, -flat, flat]),
         triangle_indices=np.vstack([*side, fan + 2 * CORNERS, fan + 3 * CORNERS]),
-        albedo_factor=PULLEY,
+        albedo_factor=(150, 160, 172),
     )
 
 
@@ -149,7 +133,7 @@ class Scene:
         self.reach = np.empty((0, 4))  # least and most y of points 1-4 so far
         self.face = (FACE_TRUE if scale == TRUE else FACE_DRAWN) * float(case.belt.width)
         self._log("", rr.ViewCoordinates.RIGHT_HAND_Z_UP)
-        out = (0.5 + STUB) * self.face
+        out = 0.7 * self.face
         for name, radius in (("head", case.rig.head_radius), ("tail", case.rig.tail_radius)):
             under = 0.985 * (float(radius) - 0.5 * float(case.belt.thickness))
             self._log(f"{name}/turned/pulley", drum(self.face, under))
@@ -166,7 +150,7 @@ class Scene:
         # signs: which way the belt travels and y counts, which pulley is which, and what the colours of the ribbon mean
         radius, face = float(case.rig.tail_radius), self.face
         length = float(case.rig.centre_distance) / scale.shortened
-        ahead, above = ARROW_LENGTH * length * np.sign(float(case.settings.direction)), 1.5 * radius
+        ahead, above = 0.12 * length * np.sign(float(case.settings.direction)), 1.5 * radius
         arrows = rr.Arrows3D(
             origins=[[0.6 * length - 0.5 * ahead, 0.0, above], [length, -0.5 * face, above]],
             vectors=[[ahead, 0.0, 0.0], [0.0, face, 0.0]],
@@ -193,11 +177,8 @@ class Scene:
         self.recording.log(f"{self.root}/{path}".rstrip("/"), what, static=True)
 
     def frames(self, frames: Sequence[Frame]) -> None:
-        """Draw instants against travel, all with as many stations, as columns.
-
-        The belt is a ribbon coloured by its true tilt between two edges; points 1-4 have lines over how far they have
-        been to either side.
-        """
+        """Draw instants against travel, all with as many stations, as columns: the belt is a ribbon coloured by its
+        true tilt between two edges; points 1-4 have lines over how far they have been to either side."""
         thin = [geometry.thin_stations(frame, float(self.case.rig.tail_radius)) for frame in frames]
         drawn, stations = [geometry.enlarge(frame, self.scale) for frame in thin], len(thin[0].left)
         self.recording.set_time(TRAVEL_LINE, duration=frames[0].travel)
@@ -220,12 +201,11 @@ class Scene:
         colours = geometry.tilt_colours(tilts, self.full_tilt)
         ribbon = rr.Mesh3D.columns(vertex_positions=places, vertex_colors=colours)
         send("belt/ribbon", ribbon, 2 * stations)
-        pulleys = {"head": [(0.0, d.yaw_head) for d in drawn], "tail": [(d.tail_x, d.yaw_tail) for d in drawn]}
-        for name, poses in pulleys.items():
-            turns = [rr.RotationAxisAngle(axis=UP, radians=yaw) for _, yaw in poses]
-            send(name, rr.Transform3D.columns(translation=[[x, 0.0, 0.0] for x, _ in poses]))
+        for name, x in (("head", [0.0] * len(drawn)), ("tail", [d.tail_x for d in drawn])):
+            turns = [rr.RotationAxisAngle(axis=(0, 0, 1), radians=getattr(d, f"yaw_{name}")) for d in drawn]
+            send(name, rr.Transform3D.columns(translation=[[at, 0.0, 0.0] for at in x]))
             send(f"{name}/turned", rr.Transform3D.columns(rotation_axis_angle=turns))
-        points = np.array([d.points for d in drawn]) * [1.0, 1.0, 1.0 + ABOVE]
+        points = np.array([d.points for d in drawn]) * [1.0, 1.0, 1.04]  # above the belt, which would hide them
         send("points", rr.Points3D.columns(positions=points.reshape(-1, 3).astype(np.float32)), 4)
         y = np.concatenate([self.reach, points[:, :, 1]])
         reach = np.stack([points, points], axis=2)  # (instants, points, least and most, 3)
@@ -235,10 +215,23 @@ class Scene:
 
 
 _NO_PATH = re.compile(r"[^\w.-]+")  # what a name has _ for in a path
-APPLICATION = "belt-sim"
-DATA_PORT, VIEWER_PORT = 9876, 9090  # Rerun's own defaults
 READING_EVERY = 0.025  # [m] of travel between two readings
 PICTURES = 100  # of the belt, at most, in a run
+
+
+def send_series(
+    recording: rr.RecordingStream, path: str, times: Mapping[str, Any], values: np.ndarray, look: Mapping[str, Any],
+    dots: bool = False,
+) -> None:  # fmt: skip
+    """Log time series as columns: times (n,) of each timeline, values (n, series); look: names and colours of series,
+    empty where the path has them already."""
+    if look:
+        widths = [1.5 if dots else 2.0] * values.shape[1]
+        shown: Any = rr.SeriesPoints(**look, marker_sizes=widths) if dots else rr.SeriesLines(**look, widths=widths)
+        recording.log(path, shown, static=True)
+    index = [rr.TimeColumn(line, duration=np.asarray(at, float).tolist()) for line, at in times.items()]
+    cut = rr.Scalars.columns(scalars=values.ravel()).partition([values.shape[1]] * len(values))
+    rr.send_columns(path, index, cut, recording=recording)
 
 
 class RecordingFile:
@@ -247,7 +240,7 @@ class RecordingFile:
 
     def __init__(self, path: str | os.PathLike | None, name: str) -> None:
         """Raises BeltError when the folder cannot be written."""
-        self.recording = rr.RecordingStream(APPLICATION)
+        self.recording = rr.RecordingStream("belt-sim")
         rr.send_recording_name(name, recording=self.recording)
         self.path = None if path is None else Path(path)
         if self.path is not None:
@@ -270,9 +263,9 @@ class RecordingFile:
 class RerunObserver:
     """Logs numbers each ``every`` [m] of travel, the belt at most PICTURES times, and the last instant.
 
-    path: of the file (.rrd, open it with `rerun PATH`), which gets all at the end as columns, as a viewer reads them in
-    a fraction of the time; None: a live viewer gets every instant as it comes, Rerun's own window or, where there is no
-    display, a web viewer whose address is printed to standard error. model: its name, in that of the recording.
+    path: of the file (.rrd, open it with `rerun PATH`), which gets all at the end; None: a live viewer gets every
+    instant as it comes, Rerun's own window or, where there is no display, a web viewer whose address is printed to
+    standard error. model: its name, in that of the recording.
     """
 
     path: str | os.PathLike | None = None
@@ -290,8 +283,8 @@ class RerunObserver:
                 if has_display():
                     recording.spawn()
                 else:
-                    address = rr.serve_grpc(recording=recording, grpc_port=_free_port(DATA_PORT))
-                    port = _free_port(VIEWER_PORT)
+                    address = rr.serve_grpc(recording=recording, grpc_port=_free_port(9876))
+                    port = _free_port(9090)  # Rerun's own defaults
                     rr.serve_web_viewer(web_port=port, open_browser=False, connect_to=address)
                     print(f"watch = rerun: open http://localhost:{port}/?url={address} in a browser", file=sys.stderr)
             except (RuntimeError, OSError, ValueError) as cause:
@@ -345,15 +338,12 @@ class RerunObserver:
         for name in dict.fromkeys(name for _, _, row in self.rows for name in row):
             unknown = "further", f"{name} [SI]", CYCLE[len(self.styled) % len(CYCLE)], 1.0
             plot, label, colour, unit = SERIES_LOOKS.get(name, unknown)
-            path = f"{self.root}/series/{plot}/{name}"
-            if name not in self.styled:
-                recording.log(path, rr.SeriesLines(names=[label], colors=[rgb(colour)], widths=[2.0]), static=True)
-                self.styled.add(name)
-            there = [(travel, time, row[name]) for travel, time, row in self.rows if name in row]
-            travels, times, values = map(list, zip(*there, strict=True))
-            index = [rr.TimeColumn(TRAVEL_LINE, duration=travels), rr.TimeColumn(TIME_LINE, duration=times)]
-            shown = rr.Scalars.columns(scalars=[value / unit for value in values])
-            rr.send_columns(path, index, shown, recording=recording)
+            there = [(travel, time, row[name] / unit) for travel, time, row in self.rows if name in row]
+            travels, times, values = np.array(there).T
+            look = {} if name in self.styled else {"names": [label], "colors": [rgb(colour)]}
+            self.styled.add(name)
+            lines = {TRAVEL_LINE: travels, TIME_LINE: times}
+            send_series(recording, f"{self.root}/series/{plot}/{name}", lines, values[:, None], look)
         for scene in self.scenes if self.pictures else ():
             scene.frames(self.pictures)
         self.rows, self.pictures = [], []
@@ -385,10 +375,7 @@ VIEWS = 9  # of runs beside each other, at most; each has a tab of its own in an
 
 @dataclass(frozen=True, kw_only=True)
 class Overlay:
-    """One run: the curves that models gave it, by name; its case; what was measured (else NaN).
-
-    The picture in space is the last model's belt.
-    """
+    """One run: the curves that models gave it, by name, the last of which is pictured; its case; what was measured."""
 
     modelled: Mapping[str, Curves]
     case: Case
@@ -398,10 +385,9 @@ class Overlay:
 def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str = "belt-sim") -> Path:
     """Write any number of runs, by their titles, to ``path`` (.rrd): side by side, and a tab a run, on one timeline.
 
-    name: of the recording in the viewer's list. Each run is logged under ``root_of`` its title, a column a curve:
-    y/MODEL (points 1-4 [mm]; where some were measured, those), residual/MODEL (model - measured [mm], at the travel of
-    the measurement), tilt/MODEL (upper, lower [mrad]); belt (movements enlarged as the view's name says). Points have
-    their four colours; models but the last are pale, what was measured are dots. Returns the path.
+    name: of the recording in the viewer's list. Each run is logged under ``root_of`` its title: y/MODEL (points 1-4
+    [mm]; where some were measured, those), residual/MODEL (model - measured [mm], at the travel of the measurement),
+    tilt/MODEL (upper, lower [mrad]); belt. Models but the last are pale, what was measured are dots. Returns the path.
     """
     file, tabs, views = RecordingFile(path, name), list[rrb.Container](), list[rrb.Container]()
     recording = file.recording
@@ -437,7 +423,6 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
 
 
 def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, pictures: int) -> None:
-    """Log one run, the belt in space at most ``pictures`` times."""
     measured, names = overlay.measured, list(overlay.modelled)
     last = overlay.modelled[names[-1]]
     length = float(last.travel[-1] - last.travel[0])
@@ -451,15 +436,9 @@ def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, picture
         shown = np.array([rgb(c) for c in colours])
         if name not in (MEASURED_NAME, names[-1]):  # paler
             shown = np.round(0.45 * shown + 0.55 * 235.0).astype(int)
-        look: dict[str, Any] = {"names": [f"{label} {name}" for label in labels], "colors": shown.tolist()}
-        if name == MEASURED_NAME:
-            recording.log(path, rr.SeriesPoints(**look, marker_sizes=[1.5] * len(labels)), static=True)
-        else:
-            recording.log(path, rr.SeriesLines(**look, widths=[2.0] * len(labels)), static=True)
-        values = rows.T[known]
-        index = rr.TimeColumn(TRAVEL_LINE, duration=np.asarray(travel, float)[known].tolist())
-        cut = rr.Scalars.columns(scalars=values.ravel()).partition([len(labels)] * len(values))
-        rr.send_columns(path, [index], cut, recording=recording)
+        look = {"names": [f"{label} {name}" for label in labels], "colors": shown.tolist()}
+        times = {TRAVEL_LINE: np.asarray(travel)[known]}
+        send_series(recording, path, times, rows.T[known], look, dots=name == MEASURED_NAME)
 
     points = [k for k in range(4) if wanted[k]]
     numbers, colours = [f"{k + 1}" for k in points], [POINT_COLOURS[k] for k in points]
