@@ -1,6 +1,5 @@
 """A diagnosis: what the model lacks, as effects with their numbers or as a law, how sure that is, what else was tried
-and cannot be told apart, and what to measure next.
-"""
+and cannot be told apart, and what to measure next."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -8,14 +7,7 @@ from enum import StrEnum
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    Field,
-    InstanceOf,
-    PlainSerializer,
-    computed_field,
-)
+from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf, PlainSerializer, computed_field
 
 from belt_sim.campaign.quality import Suspicion
 from belt_sim.results import words
@@ -50,11 +42,10 @@ Rejected = Annotated[
 class FoundEffect:
     """An effect that the model lacks; numbers: every parameter in SI; parameters: those that the readings can see.
 
-    probability: its weight against what could stand in its place; confusable_with: that, sets of effects; source_file:
-    of an effect of one's own; law: of a law that was given, its entry in an effects.yaml; rejected: even with it the
-    model fails, so that its numbers are effective values; alone: what each of several numbers would be without the
-    others, where only together they are known; by_explanation: parameters in each of several tied explanations, where
-    all of them have the effect (those above are of the first).
+    probability: its weight against what could stand in its place, confusable_with; source_file: of an effect of one's
+    own; law: its entry in an effects.yaml; rejected: even with it the model fails, so that its numbers are effective
+    values; alone: what each of several numbers would be without the others, where only together they are known;
+    by_explanation: parameters in each of several tied explanations that all have the effect.
     """
 
     id: str
@@ -105,8 +96,7 @@ class FoundEffect:
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
     """An effect tried by itself: chi2 gain, the gain from which it is likelier than nothing (None: the readings cannot
-    show it), rms [m] on held-out conditions, probability that it is there, alone or with others.
-    """
+    show it), rms [m] on held-out conditions, probability that it is there, alone or with others."""
 
     id: str
     gain: float
@@ -181,8 +171,7 @@ WORTH = 1.0  # sigma, by which a further run must raise what tells two apart
 @dataclass(frozen=True, kw_only=True)
 class RunSettings:
     """What an advised run is set to [Pa, rad, m/s, m]; direction: +1, or -1 for reversed travel; all_points: sensors at
-    all four points; turned_over: with the belt turned over.
-    """
+    all four; turned_over: the belt."""
 
     tension: float
     yaw: float
@@ -195,8 +184,7 @@ class RunSettings:
 
 @dataclass(frozen=True)
 class NextRun:
-    """One action on the rig, the pair that it separates, and the separation before and after in sigma; settings: of the
-    run, where it is one."""
+    """One action on the rig, the pair that it separates, and the separation before and after in sigma."""
 
     action: str
     separates: tuple[str, str]
@@ -229,9 +217,8 @@ class RequiredAngle:
 
 @dataclass(frozen=True, kw_only=True)
 class Unknown:
-    """The shape card of an unknown effect: parity in yaw, exponent of tension, onset and wavelength [m], the required
-    contact angle, the nearest known effect and why it fails; None where the residual does not show it.
-    """
+    """The shape card of an unknown effect, with the nearest known effect and why that fails; lengths in m; None where
+    the residual does not show it."""
 
     failed_tests: tuple[str, ...]
     parity: str
@@ -326,12 +313,9 @@ class RivalLaw:
 
 @dataclass(frozen=True, kw_only=True, repr=False)
 class Discovery(Display):
-    """What was discovered, if anything.
-
-    found: whether something is missing; probability: of that; law: None where no generic law describes it; unit: of u;
-    alike: places, in words, at which something may act as well; limits: what these runs cannot show; law_file: text of
-    found_law.yaml.
-    """
+    """What was discovered, if anything; probability: that something is missing; law: None where no generic law
+    describes it; unit: of u; alike: places, in words, at which something may act as well; limits: what these runs
+    cannot show; law_file: text of found_law.yaml."""
 
     base_model: str
     campaign: CampaignLabel
@@ -450,13 +434,11 @@ StoredSuspicion = Annotated[
 class Diagnosis(Display):
     """What was found, with everything that was tried.
 
-    sentence: the verdict as people say it; ranking: every candidate by itself, likeliest first; considered: the table
-    of evidence, a row an explanation, likeliest first; tied: what may be there besides the effects that every likely
-    explanation has, one of several that these runs cannot tell apart (none where one is likely); per_run: base model
-    and final model, run by run; admitted: what the admission test said of effects of one's own; drawings: what a report
-    draws; beyond: where the final model is used beyond its validity, a sentence a limit; discovery: the search for laws
-    that no effect of the library is, beside the effects that were found (None where it was not made); asked_for: number
-    of candidates where they were fewer than what is tried by itself, else None.
+    ranking: every candidate by itself, considered: the table of evidence, likeliest first; tied: what may be there
+    besides the effects that every likely explanation has, one of several that these runs cannot tell apart (none where
+    one is likely); per_run: base model and final model; admitted: what the admission test said of effects of one's own;
+    beyond: where the final model is used beyond its validity, a sentence a limit; discovery: the search for laws beside
+    the effects that were found (None: not made); asked_for: number of candidates where they were cut, else None.
     """
 
     base_model: str

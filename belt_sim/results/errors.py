@@ -19,11 +19,8 @@ from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 
 @dataclass(frozen=True, kw_only=True)
 class Panel:
-    """One ``run`` and signal: ``travel`` [m], ``measured``, ``base``, ``final`` (the last may be None), ``band``.
-
-    All arrays have shape (n,); values are in ``unit`` ("mm" or "mrad"). ``band`` is the half width about the model,
-    where model and measurement cannot be told apart (k u_val). ``title`` says which run, signal and condition.
-    """
+    """One run and signal over ``travel`` [m], all (n,), in ``unit``; band: half width about the model, where model and
+    measurement cannot be told apart (k u_val); title: which run, signal and condition."""
 
     run: str
     title: str
@@ -44,10 +41,8 @@ class Panel:
 
 @dataclass(frozen=True, kw_only=True)
 class FailureMap:
-    """E/u_val of one signal and yaw sign: ``ratio``, shape (tensions, windows), NaN where not measured.
-
-    tension [N/mm2], shape (t,); edges [m] of the travel windows, shape (w + 1,); title: signal and yaw sign.
-    """
+    """E/u_val of one signal and yaw sign: ``ratio`` (t, w), NaN where not measured; tension [N/mm2] (t,); edges [m] of
+    the travel windows (w + 1,)."""
 
     title: str
     tension: Array
@@ -57,10 +52,8 @@ class FailureMap:
 
 @dataclass(frozen=True, kw_only=True)
 class Drift:
-    """``value`` +- ``u`` (one sigma), shape (t,), of one parameter of one model at each ``tension`` [N/mm2].
-
-    stated: what the rig's sheet says, with u_stated; None when it says nothing. u = 0: ended at the limit of its range.
-    """
+    """``value`` +- ``u`` (one sigma), shape (t,), of one parameter of one model at each ``tension`` [N/mm2]; u = 0:
+    ended at the limit of its range; stated: what the rig's sheet says, if anything, with u_stated."""
 
     parameter: str
     unit: str
@@ -74,10 +67,7 @@ class Drift:
 @dataclass(frozen=True, kw_only=True)
 class Drawings:
     """overlays: a Panel a run and signal; maps: E/u_val by signal and yaw sign; drifts: (before, after) each; machine:
-    in whose terms numbers are told.
-
-    Any of them may be empty.
-    """
+    in whose terms numbers are told."""
 
     overlays: tuple[Panel, ...] = ()
     maps: tuple[FailureMap, ...] = ()
@@ -106,11 +96,9 @@ class OwnChange(Change):
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
-    """Over the fitted runs, over what was held out, by held-out condition; noise_floor [m]: of noise and settings.
-
-    untestable: conditions that alone show one of the numbers, so that leaving them out tests nothing; own: over what
-    was held out, beside each run's own zero and settings.
-    """
+    """Over the fitted runs, over what was held out, by held-out condition; noise_floor [m]: of noise and settings;
+    untestable: conditions that alone show one of the numbers; own: over what was held out, beside each run's own zero
+    and settings."""
 
     noise_floor: Annotated[float, file_field("noise_floor_mm", MM)]
     fit: Annotated[Change | None, file_field("fit", omit_empty=True)] = None
@@ -137,9 +125,8 @@ class Errors:
 
 @dataclass(frozen=True, kw_only=True)
 class Features:
-    """What people read off a record: late_rate [m/m or rad/m], first_move: travel to the first 0.1 mm (0.1 mrad) [m],
-    overshoot beyond the late line [m or rad]; None where the record does not show it.
-    """
+    """What a record shows: late_rate [m/m or rad/m], first_move: travel to the first 0.1 mm (0.1 mrad) [m], overshoot
+    beyond the late line [m or rad]."""
 
     late_rate: Annotated[float | None, file_field("late_rate", MM)] = None
     first_move: float | None = None
@@ -158,11 +145,9 @@ StoredKind = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class RunError:
-    """rms error of one run and signal before and after, and what the uncertainties alone would make it (floor).
-
-    tension [Pa], yaw [rad]; before, after, floor [m] of a lateral signal, [rad] of a tilt; worse: after is worse than
-    before, and beyond the floor; measured, modelled: features of the record and of the final model's.
-    """
+    """rms error of one run and signal before and after, and what the uncertainties alone would make it (floor) [m], of
+    a tilt [rad]; worse: after is worse than before, and beyond the floor; measured, modelled: features of the record
+    and of the final model's."""
 
     run: str
     signal: str
@@ -179,7 +164,7 @@ class RunError:
 
     @property
     def unit(self) -> str:
-        """The unit in which people read it: mm, or mrad of a tilt."""
+        """mm, or mrad of a tilt."""
         return UNIT_OF_KIND[self.kind]
 
     @model_serializer(mode="wrap")
@@ -274,8 +259,8 @@ STEADY_K = 2.0  # a steady rate is off when it lies further than so many u from 
 class Comparison(Display):
     """Error of every run and signal of ``base_model``, before and after ``effects``, and where the model fails.
 
-    where: None when the campaign states steady rates only; steady: those rates, point by point; error: None without a
-    lateral signal; beyond: limits of its validity that the model is used beyond, a sentence each.
+    where: None of a campaign of steady rates; steady: those rates, point by point; error: None without a lateral
+    signal; beyond: limits of its validity that the model is used beyond, a sentence each.
     """
 
     base_model: str
@@ -362,10 +347,8 @@ WELL = 0.1  # of the largest plausible size
 
 @dataclass(frozen=True, kw_only=True)
 class Visible:
-    """The smallest size of an effect that would show, in SI; None where none does.
-
-    parameter: the one of its numbers that shows best; share: that size over the largest that a machine could have.
-    """
+    """The smallest size of an effect that would show, in SI, None where none does; parameter: the one of its numbers
+    that shows best; share: that size over the largest that a machine could have."""
 
     effect: str
     parameter: str

@@ -1,8 +1,7 @@
-"""How a number of a result stands in a file, and how people at a machine read it.
+"""How a number of a result stands in a file, and how people at a machine read it: in degrees, mm at the pulley.
 
-The types of results are plain dataclasses in SI. pydantic reads the annotations of their fields when a file is written
-or read (``belt_sim.results.files``), and makes the JSON schema of the file from them: a name there, a unit, whether it
-is left out where it is empty. People read fitted numbers in degrees, mm at the pulley, um across the belt.
+The types of results are plain dataclasses in SI. By the annotations of their fields (a name in files, a unit, whether
+it is left out where it is empty) pydantic reads and writes files, and makes their JSON schemas.
 """
 
 import math
@@ -74,17 +73,13 @@ Free = Annotated[dict[str, Any], PlainValidator(dict), PlainSerializer(dict, ret
 
 
 StoredEffect = Annotated[InstanceOf[Effect], PlainSerializer(effect_json, return_type=dict[str, Any])]
-
-
 COVERAGE_95 = 1.96
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """A fitted parameter in SI: value, u (one sigma), unit, and whether a real machine could have it.
-
-    interval: where it lies with 95 %, where that is not 1.96 u either way.
-    """
+    """A fitted parameter in SI: value, u (one sigma), unit, whether a real machine could have it, and where it lies
+    with 95 % if that is not 1.96 u either way."""
 
     value: float
     u: float
@@ -145,11 +140,9 @@ class MachineSizes:
 
 
 def display_unit(effect: str, number: str, unit: str, machine: MachineSizes | None = None) -> tuple[float, str]:
-    """How many of the units in which people read a number of an effect make one of its SI ``unit``, and their name.
-
-    With a ``machine``: tapers and crowns as differences of diameter, turns of a pulley as mm across the belt's width,
-    places as distances from a pulley.
-    """
+    """How many of the units in which people read a number of an effect make one of its SI ``unit``, and their name; on
+    a ``machine`` tapers and crowns are differences of diameter, turns of a pulley mm across the belt, places
+    distances."""
     cls = library().get(effect)
     declared = cls.parameters.get(number) if cls is not None else None
     factor, name = (declared.shop if declared else None) or shop_unit(unit)
@@ -177,11 +170,8 @@ STEEL_EXPANSION = 12e-6  # [1/K], of unalloyed steel at room temperature
 
 
 def number_texts(effect: str, numbers: Mapping[str, Estimate], machine: MachineSizes | None = None) -> dict[str, str]:
-    """Numbers of an effect as people at the machine read them, by name.
-
-    A periodic course (amplitudes cosK, sinK) is told from its lowest to its highest point, with one sigma: the
-    amplitudes' errors are taken as independent.
-    """
+    """Numbers of an effect as people at the machine read them, by name; a periodic course (amplitudes cosK, sinK, whose
+    errors are taken as independent) from its lowest to its highest point."""
     texts = {}
     if waves := {n: e for n, e in numbers.items() if re.fullmatch(r"(cos|sin)\d+", n)}:
         turn = np.linspace(0.0, 2.0 * np.pi, 1440, endpoint=False)

@@ -1,7 +1,4 @@
-"""Write results as JSON in the units of users, read a diagnosis back, and give the JSON schemas of files.
-
-The names and units of files stand beside the fields of the types (``belt_sim.results.estimates``).
-"""
+"""Write results as JSON in the units of users, read a diagnosis back, and give the JSON schemas of files."""
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
@@ -87,20 +84,16 @@ def read_diagnosis(folder: Path) -> Diagnosis:
 
 
 def diagnosis_of(content: Json, drawn: Json, where: str) -> Diagnosis:
-    """Build a diagnosis from the contents of diagnosis.json and drawings.json.
-
-    Raises InputError, naming ``where``, if they are damaged or of another version.
-    """
+    """Build a diagnosis from the contents of diagnosis.json and drawings.json; raises InputError, naming ``where``, if
+    they are damaged or of another version."""
     versions = (content, "schema", DIAGNOSIS), (content, "runs_schema", RUNS), (drawn, "schema", DRAWINGS)
     with _damage_told("diagnosis", where, *versions):
-        discovery: Discovery | None = None
-        if "discovery" in content:
-            told = content["discovery"]
+        parts: Json = {"drawings": adapter(Drawings).validate_python(drawn), "discovery": None}
+        if (told := content.get("discovery")) is not None:
             with _damage_told("discovery", "discovery.json", (told, "schema", DISCOVERY)):
-                made = adapter(Discovery).validate_python(dict(told), by_alias=False, by_name=True, context=IN_SI)
-                discovery = made
-        drawings = adapter(Drawings).validate_python(drawn)
-        read: Diagnosis = adapter(Diagnosis).validate_python(content | {"drawings": drawings, "discovery": discovery})
+                own: Json = {"by_alias": False, "by_name": True, "context": IN_SI}
+                parts["discovery"] = adapter(Discovery).validate_python(dict(told), **own)
+        read: Diagnosis = adapter(Diagnosis).validate_python(content | parts)
     return read
 
 

@@ -38,9 +38,8 @@ def agree(rates: Any) -> Any:
 class Simulation(Display):
     """Curves of ``case`` by ``model`` with ``effects`` over ``travel`` [m]; None of a model that gives rates only.
 
-    steady_rate: late dy/ds [m/m] in closed form, or of a 3D run that has settled; None where there is neither;
-    details: what else the engine says of its run (numerical settings, scene file); beyond: limits of its validity that
-    the model is used beyond; keep [m]: least distance of rows on file.
+    steady_rate: late dy/ds [m/m] in closed form, or of a 3D run that has settled, else None; details: numerical
+    settings and scene file; beyond: limits that the model is used beyond; keep [m]: least distance of rows on file.
     """
 
     case: Case
@@ -72,10 +71,7 @@ class Simulation(Display):
 
     @property
     def is_settled(self) -> bool:
-        """True when all points move at one rate, and did so before: what the late slopes mean to show.
-
-        Within 5 % of the mean, or 1 um per m; a formula for the steady rate is.
-        """
+        """True when all points move at one rate, within 5 % or 1 um per m, and did so before; of a formula, always."""
         if self.curves is None:
             return True
         early = settled_before(travel := np.asarray(self.curves.travel))
@@ -109,10 +105,9 @@ class Simulation(Display):
 
     @property
     def note(self) -> str:
-        """What a model without curves says of itself; empty for the others."""
-        if self.curves is not None:
-            return ""
-        return f"{self.model} is a formula for the steady rate: it gives no curves and no offsets"
+        """What a model without curves says of itself."""
+        said = f"{self.model} is a formula for the steady rate: it gives no curves and no offsets"
+        return said if self.curves is None else ""
 
     def lines(self) -> Sequence[str]:
         """Late rates, and a warning when an edge goes slack or the model is used beyond its validity."""
@@ -160,10 +155,7 @@ def effect_json(effect: Effect) -> dict[str, Any]:
 
 
 def summary_json(s: Simulation, provenance: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the content of summary.json; rates in mm per m of travel, offsets in mm.
-
-    yaw_deg: the degrees of a step at travel 0, otherwise the list of {at, over, yaw} that ``yaw=`` takes.
-    """
+    """Return the content of summary.json; yaw_deg: of a step at travel 0, otherwise the list that ``yaw=`` takes."""
     schedule = s.case.settings.yaw
     at, over = np.asarray(schedule.at, float), np.asarray(schedule.over, float)
     degrees = [round_digits(a, SETTING_DIGITS) for a in np.cumsum(schedule.change) / DEGREE]

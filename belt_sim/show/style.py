@@ -1,7 +1,5 @@
-"""One look for all pictures, and how they reach the disk; Matplotlib is imported only when one is made.
-
-Colours mean the same everywhere, and colour-blind eyes tell them apart too (after Okabe and Ito, 2008).
-"""
+"""One look for all pictures, and how they reach the disk; Matplotlib is imported only when one is made. Colours mean
+the same everywhere, and colour-blind eyes tell them apart too (after Okabe and Ito, 2008)."""
 
 import contextlib
 import io
@@ -115,8 +113,7 @@ def figure(
     layout: Literal["constrained"] | None = "constrained",
     **grid,
 ) -> "tuple[Figure, list[list[Axes]]]":
-    """An empty figure [inch] with rows x columns axes; layout: None where axes are placed by hand; ``grid`` as for
-    Figure.subplots."""
+    """An empty figure [inch] with rows x columns axes; layout: None where axes are placed by hand."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -142,9 +139,8 @@ def place(
     fig: "Figure", headline: str, rows: int, columns: int, *,
     left: float, right: float, top: float, bottom: float, across: float = 0.0, down: float = 0.0,
 ) -> None:  # fmt: skip
-    """Write the headline, and place axes that are all alike by distances [inch], which takes half the time of a layout
-    that looks at every tick: left, right, top (below one line of headline) and bottom of all, across and down between
-    them."""
+    """Write the headline, and place axes that are all alike by distances [inch] around them (top: below one line) and
+    between them, which takes half the time of a layout that looks at every tick."""
     (width, height), top = fig.get_size_inches(), top + TITLE_LINE * (title(fig, headline) - 1)
     wide = (width - left - right - (columns - 1) * across) / columns
     high = (height - top - bottom - (rows - 1) * down) / rows
@@ -165,11 +161,10 @@ ENDINGS = (".png", ".svg", ".pdf")
 
 
 def save(fig: "Figure", path: str | os.PathLike | None, headline: str = "", dpi: float | None = None) -> Any:
-    """Write the figure, with a headline if one is given, in one move, as its file's ending says (.png, .svg, .pdf), and
-    return the path.
+    """Write the figure, its units as in print, as its file's ending says (.png, .svg, .pdf), and return the path.
 
-    Its units become those of print, but for ticks, which hold numbers and names. path: None returns the figure itself,
-    laid out; dpi: dots per inch of a PNG. Raises BeltError, InputError.
+    headline: written above it; path: None returns the figure itself, laid out; dpi: dots per inch of a PNG. Raises
+    BeltError, InputError.
     """
     from matplotlib.text import Text
 
@@ -206,24 +201,7 @@ def svg_text(fig: "Figure") -> str:
     page = io.StringIO()
     with in_look():
         fig.savefig(page, format="svg", metadata={"Date": None})
-    rounded = re.sub(r'(?<==)"[^"<]*"', lambda a: re.sub(r"(\d\.\d)\d+", r"\1", a[0]), page.getvalue())
-
-    def shorten(path: re.Match[str]) -> str:
-        """A path of straight lines in steps instead of places, to a tenth of a point; others stay."""
-        if re.search(r"[^MLz\d.\s-]", path[1]):
-            return path[0]
-        parts, x, y = [], 0, 0
-        for kind, there_x, there_y in re.findall(r"([ML])\s*(\S+)\s+(\S+)|z", path[1]):
-            if not kind:
-                parts.append("z")
-                continue
-            to_x, to_y = round(10 * float(there_x)), round(10 * float(there_y))
-            dx, dy = (to_x, to_y) if kind == "M" else (to_x - x, to_y - y)
-            parts.append(f"{kind if kind == 'M' else 'l'}{dx / 10:g} {dy / 10:g}")
-            x, y = to_x, to_y
-        return f' d="{"".join(parts)}"'
-
-    return re.sub(r' d="([^"]*)"', shorten, rounded)
+    return re.sub(r'(?<==)"[^"<]*"', lambda a: re.sub(r"(\d\.\d)\d+", r"\1", a[0]), page.getvalue())
 
 
 def diverging_map() -> "LinearSegmentedColormap":

@@ -1,6 +1,5 @@
 """Every picture is written whole, as a PNG with something on it, and never half."""
 
-import re
 import subprocess
 import sys
 from dataclasses import replace
@@ -16,7 +15,6 @@ from belt_sim.api.plot import pictures_by_kind, plot
 from belt_sim.api.simulate import simulate
 from belt_sim.errors import BeltError, InputError
 from belt_sim.results.errors import SteadyError
-from belt_sim.show import style
 from belt_sim.show.curves import curves_picture, steady_picture
 from belt_sim.show.diagnosis import AROUND, drift_chart_picture, overlay_picture
 
@@ -133,20 +131,6 @@ def test_a_picture_is_what_its_ending_says(ending, begins, runs, tmp_path):
     assert path.read_bytes().startswith(begins)
     with pytest.raises(InputError, match=r"give a name that ends in \.png, \.svg, \.pdf"):
         curves_picture(tmp_path / "curves.docx", runs, "Nowhere")
-
-
-def test_steps_of_a_path_end_where_its_places_do():
-    """The line of a plot as SVG: a start, then steps that add up to its end."""
-    fig, [[ax]] = style.figure(2.0, 2.0)
-    (line,) = ax.plot([0.0, 1.0, 3.0], [0.0, 2.0, 1.0], gid="line")
-    fig.canvas.draw()
-    ends = ax.transData.transform(line.get_xydata()) * 72.0 / fig.dpi
-    numbers = [
-        float(n)
-        for n in re.findall(r"-?[\d.]+", re.search(r'id="line".*? d="(M[^"]*)"', style.svg_text(fig), re.DOTALL)[1])
-    ]
-    places = np.cumsum(np.reshape(numbers, (-1, 2)), axis=0)
-    np.testing.assert_allclose(places, np.column_stack([ends[:, 0], 144.0 - ends[:, 1]]), atol=0.11)
 
 
 def test_panels_are_placed_by_distances():
