@@ -4,7 +4,7 @@ at one instant as a simulation hands it to an observer."""
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, Protocol, runtime_checkable
+from typing import Literal, Protocol
 
 import numpy as np
 
@@ -160,7 +160,7 @@ class Frame:
 class Observer(Protocol):
     """Somebody who watches a run from outside: a progress bar, a viewer, a file.
 
-    A subclass may leave out what it does not care for.
+    A subclass may leave out what it does not care for. One that shows MuJoCo's own scene has ``show(model, data)``.
     """
 
     def start(self, case: Case, travel: float) -> None:
@@ -173,11 +173,3 @@ class Observer(Protocol):
     def finish(self, curves: Curves) -> None:
         """The run has ended with these curves (partial ones when it was stopped)."""
         return None
-
-
-@runtime_checkable
-class SceneObserver(Observer, Protocol):
-    """An observer that shows MuJoCo's own scene."""
-
-    def show(self, model: Any, data: Any) -> None:
-        """The MjModel and the MjData of the run that has begun."""

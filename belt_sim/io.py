@@ -147,18 +147,8 @@ def read_json(path: Path) -> dict[str, Any]:
 
 
 def clear_drafts(folder: Path) -> None:
-    """Remove the temporary files of ``write_with``, and folders of drafts, whose process has died."""
-    for path in folder.glob(".*"):
-        named = re.fullmatch(r"\.(.+)\.(\d+)(\.\w+)?", path.name)
-        if not named or os.name == "nt":  # signal 0 is Ctrl-C there: nobody is asked, and drafts stay
-            continue
-        try:
-            os.kill(int(named.group(2)), 0)
-            continue
-        except PermissionError:  # it lives, as somebody else's
-            continue
-        except ProcessLookupError:
-            pass
+    """Remove what a killed process has left of ``write_with``, and its drafts, from a folder that this one locks."""
+    for path in (p for p in folder.glob(".*") if re.fullmatch(r"\..+\.\d+(\.\w+)?", p.name)):
         if path.is_file():
             path.unlink(missing_ok=True)
         elif path.name.startswith(f"{DRAFTS}."):

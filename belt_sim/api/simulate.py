@@ -162,19 +162,21 @@ def effects_of(asked: Any) -> tuple[Effect, ...]:
     made = [asked] if isinstance(asked, Effect) or hasattr(asked, found_by) else asked
     if not isinstance(made, Sequence) or isinstance(made, str):
         return load_effects(made)
-    laws = {k: e.law for k, e in enumerate(made) if hasattr(e, found_by) and e.law}
-    # a law as it was found; any other effect that was found as an entry of an effects.yaml
-    made = [law_effect(law_of_entry(laws[k], found=True))() if k in laws else e for k, e in enumerate(made)]
-    made = [{"id": e.source_file or e.id, "parameters": dict(e.numbers)} if hasattr(e, found_by) else e for e in made]
-    for cls in (e for e in made if isinstance(e, type) and issubclass(e, Effect)):
-        example = f"{cls.__name__}({next(iter(cls.parameters))}=...)"
-        raise InputError("effects", cls.__name__, "", f"give it numbers: {example}")
-    if not any(isinstance(e, Effect) for e in made):
-        return load_effects(made)
-    found = tuple(x for e in made for x in ([e] if isinstance(e, Effect) else load_effects([e])))
+    found: list[Effect] = []
+    for e in made:
+        if isinstance(e, type) and issubclass(e, Effect):
+            example = f"{e.__name__}({next(iter(e.parameters))}=...)"
+            raise InputError("effects", e.__name__, "", f"give it numbers: {example}")
+        if isinstance(e, Effect):
+            found.append(e)
+        elif hasattr(e, found_by) and e.law:
+            found.append(law_effect(law_of_entry(e.law, found=True))())
+        else:
+            entry = {"id": e.source_file or e.id, "parameters": dict(e.numbers)} if hasattr(e, found_by) else e
+            found += load_effects([entry])
     for twice in {e.id for e in found if sum(o.id == e.id for o in found) > 1}:
         raise InputError("effects", twice, "", "name each effect once")
-    return found
+    return tuple(found)
 
 
 def candidates_of(asked: Any, model: AnalyticModel, leave_out: Sequence[str] | None = None) -> list[type[Effect]]:

@@ -42,7 +42,6 @@ SLIDERS = {
 #: name -> words, what can be chosen, the first one at first
 MENUS = {
     "model": ("model", {BY_TENSION: "by tension, as on the command line"} | MODEL_TITLES),
-    "beside": ("beside it, dotted", {"": "none"} | MODEL_TITLES),
     "rig": ("machine", {"test_rig": "the paper's test rig", "rope_example": "the paper's rope example",
                         "own": "my machine"}),
 }  # fmt: skip
@@ -143,31 +142,26 @@ class View:
                 try:
                     case = self.case()
                     model = str(by_tension({"name": self.values["model"]}, [case], self.effects)["name"])
-                    shown: list[Any] = []
-                    for name in filter(None, (model, self.values["beside"])):  # a size of nothing is allowed here
-                        acting = [library()[i](**numbers) for i, numbers in self.effects.items()]
-                        asked: dict[str, Any] = {"travel": self.values["travel"]}
-                        asked["effects"] = [e for e in acting if model_named(name).refusal(e) is None]
-                        shown.append(await run.io_bound(simulate_one, case, model=name, **asked))
+                    acting = [library()[i](**numbers) for i, numbers in self.effects.items()]  # a size may be nothing
+                    asked: dict[str, Any] = {"travel": self.values["travel"]}
+                    asked["effects"] = [e for e in acting if model_named(model).refusal(e) is None]
+                    shown = await run.io_bound(simulate_one, case, model=model, **asked)
                 except BeltError as error:
                     self.say(str(error).splitlines(), [])
                 else:
-                    if shown[0] is not None:  # None: the server is being closed
-                        self.show(*shown)
+                    if shown is not None:  # None: the server is being closed
+                        self.show(shown)
                 await asyncio.sleep(0.03)
             ui.navigate.history.replace(self.address)
         finally:
             self.busy = False
 
-    def show(self, s: Simulation, beside: Simulation | None = None) -> None:
+    def show(self, s: Simulation) -> None:
         """Curves, warnings and numbers of a simulation."""
-        places, self.shown = self.places, s
-        data = []  # lateral position of points 1-4; another model's beside it, dotted
-        for one in filter(None, (s, beside)):
-            for k, y in enumerate(KILO * np.asarray(one.curves.y) if one.curves is not None else ()):
-                label, look = (SHORT_POINT_NAMES[k], {}) if one is s else (f"{k + 1} by {one.model}", {"dash": "dot"})
-                more = {"legendgroup": str(k), "showlegend": one is s}
-                data.append(widgets.line(one.curves.travel, y, label, widgets.PLOT_COLOURS[k], look, **more))  # type: ignore[union-attr]
+        assert s.curves is not None
+        places, self.shown, curves = self.places, s, s.curves
+        points = zip(KILO * np.asarray(curves.y), SHORT_POINT_NAMES, widgets.PLOT_COLOURS, strict=True)
+        data = [widgets.line(curves.travel, y, name, colour) for y, name, colour in points]
         places["curves"].update_figure(widgets.chart(data, "lateral position [mm]", 420))
         found = {f"late rate {k} [mm/m]": thousandths(rate) for k, rate in enumerate(s.rates, start=1)}
         if s.steady_rate is not None:

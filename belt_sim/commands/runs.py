@@ -364,10 +364,10 @@ class Sweep(Callback):
             if OmegaConf.select(config, "hydra.sweeper.direction") is not None:
                 _refuse_search(config)
             folder.mkdir(parents=True, exist_ok=True)
-            clear_drafts(folder)
             remedy = "another sweep is at work there; wait for it, or give this one a folder of its own"
             lock = _lock(folder / CASES, "hydra.sweep.dir", folder, remedy)
             lock.truncate(0)
+            clear_drafts(folder)
             at_work.update(config=config, lock=lock)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from belt_sim.case import Case, Settings
 from belt_sim.case import Numbers as Array
-from belt_sim.curves import Curves, Frame, Observer, SceneObserver
+from belt_sim.curves import Curves, Frame, Observer
 from belt_sim.errors import InputError, SimulationError
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space.belt import ActiveFeatures, BeltArrays, active_features
@@ -230,8 +230,8 @@ def notify_observers(
     """
     for observer in observers:
         observer.start(case, travel)
-        if scene and isinstance(observer, SceneObserver):
-            observer.show(*scene)
+        if scene and (show := getattr(observer, "show", None)):  # the MjModel and the MjData of the run
+            show(*scene)
     try:
         yield
     except SimulationError as failure:
