@@ -52,11 +52,12 @@ SWEPT_GROUPS = {
 }
 SPACINGS = ("even", "ratio")
 CHUNK_CASES = 250  # cases marched side by side in one thread; their state stays in a core's cache
-CHUNKS_TO_REPORT = 4  # chunks a thread between two reports of progress
 MOST_SWEPT_CASES = 10**7  # cases
 CASES_ASKED = 128  # cases asked for the limits that they leave, 4 ms each
 AXES_COMBINED = 3  # axes that all ends of the others are combined of
 READ_AT = (1.0, 10.0)  # [m] of travel
+#: columns of models that are no march
+RUN_COLUMNS = (*(f"rate{k}_mm_per_m" for k in POINT_NUMBERS), "offset_upper_mm", "offset_lower_mm", "settled")
 
 
 @dataclass(frozen=True)
@@ -117,21 +118,21 @@ def sweep(
     columns = [v.ravel() for v in np.meshgrid(*(a.values for a in axes), indexing="ij")]
     values = np.stack(columns, axis=1) * [a.unit for a in axes]  # SI
     any_case = case_from(plain if travel is not None else {**plain, "travel": 1.0})
-    grid = SweepGrid(axes, tuple(a.key for a in axes), plain, any_case, effects_of(plain["effects"]))
+    grid = SweepGrid(axes, plain, any_case, effects_of(plain["effects"]))
     chosen = grid.models(model, values)
     told: dict[str, np.ndarray] = {}
     for name in dict.fromkeys(chosen.tolist()):
         rows = np.flatnonzero(chosen == name)
         spec = {**model, "name": name} if isinstance(model, Mapping) else (model if isinstance(model, Model) else name)
         one = model_of(model_settings(spec) if isinstance(spec, Mapping) else spec)
-        marched = isinstance(one, AnalyticModel) or travel is None
-        work = grid.marches(one, at, threads) if marched else partial(grid.runs, one, engine)
-        size = CHUNKS_TO_REPORT * CHUNK_CASES * threads if marched else 1
-        for start in range(0, len(rows), size):
-            part = rows[start : start + size]
-            for column, numbers in work(values[part]).items():
-                told.setdefault(column, np.full(count, np.nan))[part] = numbers
-            tell(len(part) / count)
+        if isinstance(one, AnalyticModel) or travel is None:
+            names, work = grid.marches(one, at)
+            found = _in_chunks(work, values[rows], CHUNK_CASES, threads, lambda cases: tell(cases / count))
+        else:
+            names, work = RUN_COLUMNS, partial(grid.runs, one, engine)
+            found = _in_chunks(work, values[rows], 1, 1, lambda cases: tell(cases / count))
+        for column, numbers in zip(names, found.T, strict=True):
+            told.setdefault(column, np.full(count, np.nan))[rows] = numbers
     import pandas as pd
 
     if "settled" in told:
@@ -142,15 +143,32 @@ def sweep(
     return table
 
 
+def _in_chunks(work: Any, values: np.ndarray, size: int, threads: int, tell: Callable[[int], None]) -> np.ndarray:
+    """What ``work`` gives for all values (cases, axes), so many cases at once; tell hears how many are newly done."""
+    size = min(size, len(values))
+
+    def compute(start: int) -> np.ndarray:  # a last chunk is filled up with the last case: all are compiled once
+        some = values[np.minimum(np.arange(start, start + size), len(values) - 1)]
+        rows = np.asarray(work(some), float)[: len(values) - start]
+        tell(len(rows))
+        return rows
+
+    first = compute(0)  # it compiles, before there are several threads
+    return np.concatenate([first, *map_in_threads(compute, range(size, len(values), size), threads)])
+
+
 @dataclass(frozen=True)
 class SweepGrid:
     """What varies in a sweep, and the configuration, case and effects at the first values of it."""
 
     axes: tuple[Axis, ...]
-    keys: tuple[str, ...]
     plain: Mapping[str, Any]
     case: Case
     effects: tuple[Effect, ...]
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        return tuple(a.key for a in self.axes)
 
     def models(self, model: Any, values: np.ndarray) -> np.ndarray:
         """The name of the model of every case: where none is stated, by its belt, its machine and its tension."""
@@ -234,8 +252,9 @@ class SweepGrid:
                 left.append(f"in {n} of {len(table)} cases {words}, effects included")
         return [sentence for _, sentence in sorted(said.values(), reverse=True)] + left
 
-    def marches(self, model: Any, at: Any, threads: int) -> Callable[[np.ndarray], dict[str, np.ndarray]]:
-        """The function from values (cases, axes) [SI] to columns, by marches side by side; raises InputError."""
+    def marches(self, model: Any, at: Any) -> tuple[Sequence[str], Callable[[np.ndarray], Any]]:
+        """Names of columns, and the function from values (cases, axes) [SI] to them, (cases, columns), by marches side
+        by side; raises InputError."""
         travel = self.plain["travel"]
         chosen: Any = fitted_model(model, curves=travel is not None)
         if getattr(chosen, "keep", KEEP) != KEEP:
@@ -260,36 +279,17 @@ class SweepGrid:
             task = replace(task, travel=float(travel), at=places, plan=plan)
 
         columns = sweep_columns(task.travel, task.at)[: None if task.steady else -1]  # in the order of ``_rows``
-        compiled: list[bool] = []
+        return columns, partial(_rows, self.case, self.effects, task=task)
 
-        def work(values: np.ndarray) -> dict[str, np.ndarray]:
-            number, chunk = len(values), min(CHUNK_CASES, len(values))
-            found = np.empty((number, len(columns)))
-
-            def compute(start: int) -> None:  # a last chunk is filled up with the last case: all are compiled once
-                some = values[np.minimum(np.arange(start, start + chunk), number - 1)]
-                rows = np.asarray(_rows(self.case, self.effects, some, task=task))
-                found[start : start + chunk] = rows[: number - start]
-
-            begin = 0 if compiled else chunk
-            if begin:  # it compiles, before there are several threads
-                compute(0)
-                compiled.append(True)
-            map_in_threads(compute, range(begin, number, chunk), threads)
-            return dict(zip(columns, found.T, strict=True))
-
-        return work
-
-    def runs(self, model: Any, engine: str | None, values: np.ndarray) -> dict[str, np.ndarray]:
-        """The same of runs one after another, of models that are no march: late rates and offsets."""
+    def runs(self, model: Any, engine: str | None, values: np.ndarray) -> list[list[float]]:
+        """RUN_COLUMNS of runs one after another, of models that are no march."""
         rows = []
         for own in values:
             case, effects = place_values(self.case, self.effects, self.keys, own)
             found = simulate_one(case, model=model, effects=effects, travel=self.plain["travel"], engine=engine)
             offsets = np.array(found.offsets or (np.nan, np.nan)) / MM
             rows.append([*found.rates / MM_PER_M, *offsets, found.is_settled])
-        names = [*(f"rate{k}_mm_per_m" for k in POINT_NUMBERS), "offset_upper_mm", "offset_lower_mm", "settled"]
-        return dict(zip(names, np.array(rows, float).T, strict=True))
+        return rows
 
 
 def sweep_axes(config: Mapping[str, Any]) -> tuple[tuple[Axis, ...], dict[str, Any]]:
