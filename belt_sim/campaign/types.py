@@ -18,15 +18,9 @@ Use = Literal["fit", "hold_out"]
 
 #: measuring place -> kind of signal: lateral position [m], or roll of the cross-section [rad]
 PLACES: dict[str, Kind] = {
-    "point_1": "lateral",
-    "point_2": "lateral",
-    "point_3": "lateral",
-    "point_4": "lateral",
-    "upper_mid_span": "tilt",
-    "lower_mid_span": "tilt",
+    **dict.fromkeys(("point_1", "point_2", "point_3", "point_4"), "lateral"),
+    **dict.fromkeys(("upper_mid_span", "lower_mid_span"), "tilt"),
 }
-
-
 _ELSEWHERE = re.compile(r"(upper_span|lower_span|tail_wrap|head_wrap) at ([0-9]+(?:\.[0-9]*)?(?:e-?[0-9]+)?) m")
 ELSEWHERE_EXAMPLE = "{span: upper, distance: 2.0} or {wrap: tail, distance: 0.2}"
 
@@ -130,22 +124,19 @@ class _OfArrays:
     """A dataclass with arrays is equal to another if all numbers are, nan beside nan."""
 
     def __eq__(self, other: object) -> bool:
-        if type(self) is not type(other):
-            return False
-        pairs = [(x, getattr(other, name)) for name, x in vars(self).items()]
-        while pairs:
-            a, b = pairs.pop()
-            if isinstance(a, dict) and isinstance(b, dict) and a.keys() == b.keys():
-                pairs += [(a[key], b[key]) for key in a]
-            elif isinstance(a, np.ndarray):
-                if not np.array_equal(a, b, equal_nan=True):
-                    return False
-            elif not (a == b or (a != a and b != b)):
-                return False
-        return True
+        return type(self) is type(other) and _comparable(vars(self)) == _comparable(vars(other))
 
     def __hash__(self) -> int:
         return hash(next(iter(vars(self).values())))
+
+
+def _comparable(value: Any) -> Any:
+    """A value with arrays as lists and nan as a word."""
+    if isinstance(value, dict):
+        return {key: _comparable(inner) for key, inner in value.items()}
+    if isinstance(value, np.ndarray):
+        return ["nan" if x != x else x for x in value.tolist()]
+    return "nan" if value != value else value
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -219,10 +210,11 @@ class Campaign:
 
     def __repr__(self) -> str:
         """One paragraph: runs, repeats and hold-outs, tensions, yaws, signals, travel, steady rates, origin."""
-        repeats, held_out = (
-            sum(map(bool, x)) for x in zip(*((r.repeat_of, r.use != "fit") for r in self.runs), strict=True)
-        )
-        more = ", ".join(f"{n} {what}" for what, n in (("repeats", repeats), ("held out", held_out)) if n)
+        counts = {
+            "repeats": sum(bool(r.repeat_of) for r in self.runs),
+            "held out": sum(r.use != "fit" for r in self.runs),
+        }
+        more = ", ".join(f"{n} {what}" for what, n in counts.items() if n)
         yaws = np.array([r.yaw for r in self.runs]) / DEGREE
         signs = {"> 0": yaws > 0.0, "< 0": yaws < 0.0, "= 0": yaws == 0.0}
         counted = ", ".join(f"{there.sum()} at yaw {name}" for name, there in signs.items() if there.any())
@@ -234,8 +226,7 @@ class Campaign:
             reach = f"{min(ends):.4g}" + (f" to {max(ends):.4g}" if max(ends) - min(ends) >= 0.5 else "")
             count = sum(len(r.travel) for r in self.runs)
             said.append(f"signals {signals} over {reach} m of travel, {count} samples")
-        if self.steady:
-            said.append(f"steady rates of {len(self.steady)} runs")
+        said += [f"steady rates of {len(self.steady)} runs"] if self.steady else []
         return "; ".join([*said, self.source.kind]) + "."
 
     def plot(self, path: str | None = None) -> Any:
@@ -249,10 +240,9 @@ class Campaign:
         import pandas as pd
 
         settings = ("tension", "yaw", "yaw_head", "speed", "direction", "use")
-        runs = []
-        for run in self.runs:
-            own = {"run": run.name} | {n: getattr(run, n) for n in settings}
-            runs.append(pd.DataFrame({"travel": run.travel, **run.signals}).assign(**own))
+        own = ({"run": run.name} | {n: getattr(run, n) for n in settings} for run in self.runs)
+        records = (pd.DataFrame({"travel": run.travel, **run.signals}) for run in self.runs)
+        runs = [record.assign(**settled) for record, settled in zip(records, own, strict=True)]
         table = pd.concat(runs, ignore_index=True)
         return table[["run", *settings, "travel", *(s.name for s in self.signals if s.name in table)]]
 
@@ -349,13 +339,10 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
 
 def quote(value: object) -> str:
     """A value as one short printable line."""
-    text = f"{value:.15g}" if isinstance(value, float) else str(value)
-    text = _plain(text)
+    text = _plain(f"{value:.15g}" if isinstance(value, float) else str(value))
     return text if len(text) <= LONGEST_VALUE else text[: LONGEST_VALUE - 3] + "..."
 
 
 def _plain(text: str) -> str:
     """The text on one line, with anything unprintable written as an escape."""
-    if text.isprintable():
-        return text
     return "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
