@@ -331,33 +331,19 @@ def read_campaign(folder: str | Path) -> Campaign:
 
 
 def read_begun(folder: str | Path, *, whole: bool = False, measured: bool = True) -> tuple[Campaign, tuple[Run, ...]]:
-    """Return the measured runs of a folder as a campaign, and the runs that have no data yet.
-
-    whole: refuse runs without data; measured: read the data. Raises CampaignError with every violation, except that
-    some (not all) runs may lack data.
-    """
+    """Return the measured runs of a folder as a campaign, and the runs that have no data yet; raises CampaignError with
+    every violation. whole: refuse runs without data; measured: read the data."""
     folder = campaign_folder(folder)
     problems: list[Problem] = []
-    contents = contents_of(folder, problems, measured=measured)
-    texts = dict[str, str]()
-    for name, raw in contents.items():
-        at, value = raw.find(b"\0"), None
-        remedy = "holds bytes that are no UTF-8 text (binary, a spreadsheet, or UTF-16); save it as UTF-8 text"
-        try:
-            texts |= {name: raw.decode("utf-8-sig")} if at < 0 else {}
-        except UnicodeDecodeError as error:
-            at, value = error.start, f"byte 0x{raw[error.start]:02x}"
-            remedy = "not UTF-8; save the file as UTF-8 text"
-        if name not in texts:
-            line = raw[:at].count(b"\n") + 1
-            problems.append(Problem(file=name, line=line, value=value, remedy=remedy))
-    sheet, names = read_sheet(texts["campaign.yaml"], problems) if "campaign.yaml" in texts else (None, None)
-    table, runs = _read_runs(texts["runs.csv"], problems) if "runs.csv" in texts else (None, {})
+    texts = _texts_of(folder, problems, measured=measured)
+    bare = {name: text.removeprefix("\ufeff") for name, text in texts.items()}
+    sheet, names = read_sheet(bare["campaign.yaml"], problems) if "campaign.yaml" in bare else (None, None)
+    table, runs = _read_runs(bare["runs.csv"], problems) if "runs.csv" in bare else (None, {})
     known, recorded, steady = None if table is None else runs, dict[str, Run](), tuple[SteadyRate, ...]()
-    if measured and "signals.csv" in texts:
-        recorded = _read_signals(texts["signals.csv"], names, sheet.signals if sheet else None, known, problems)
-    if measured and "steady.csv" in texts:
-        steady = _read_steady(texts["steady.csv"], known, problems)
+    if measured and "signals.csv" in bare:
+        recorded = _read_signals(bare["signals.csv"], names, sheet.signals if sheet else None, known, problems)
+    if measured and "steady.csv" in bare:
+        steady = _read_steady(bare["steady.csv"], known, problems)
     if not measured and sheet is not None and not sheet.signals:
         remedy = "no signal is planned; state at least one"
         problems.append(Problem(file="campaign.yaml", name="signals", remedy=remedy))
@@ -386,14 +372,14 @@ def read_begun(folder: str | Path, *, whole: bool = False, measured: bool = True
             heir.setdefault(run.repeat_of, name)
         first = heir.get(run.repeat_of, run.repeat_of)
         there[name] = replace(run, repeat_of=None if first == name else first)
-    whole_text = b"".join(b"%b %d\n%b" % (name.encode(), len(data), data) for name, data in sorted(contents.items()))
-    digest = hashlib.sha256(whole_text).hexdigest()
+    contents = ((name.encode(), text.encode()) for name, text in sorted(texts.items()))
+    digest = hashlib.sha256(b"".join(b"%b %d\n%b" % (name, len(data), data) for name, data in contents)).hexdigest()
     campaign = replace(sheet, runs=tuple(there.values()), steady=tuple(steady), sha256=digest)
     return campaign, tuple(run for name, run in runs.items() if name not in data)
 
 
-def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True) -> dict[str, bytes]:
-    """Return the bytes of the campaign files present; measured: require at least one data file."""
+def _texts_of(folder: Path, problems: list[Problem], *, measured: bool) -> dict[str, str]:
+    """Return the texts of the campaign files present; measured: require at least one data file."""
     try:
         present = sorted(path.name for path in folder.iterdir())
     except (OSError, ValueError) as error:
@@ -406,23 +392,34 @@ def contents_of(folder: Path, problems: list[Problem], *, measured: bool = True)
         raise refusal(folder, remedy) from None
     others = [name for name in present if name not in FILES]
     missing = [name for name in REQUIRED_FILES if name not in present]
-    if measured and not any(name in present for name in DATA_FILES):
-        missing.append("signals.csv")
+    missing += ["signals.csv"] if measured and not {*DATA_FILES} & {*present} else []
     for name in missing:
         near = did_you_mean(name, others) if others else ""
         hint = f"; {near.removesuffix('?')}? Rename it" if near.startswith("did you mean") else ""
         alone = " (or steady.csv)" if name == "signals.csv" else ""
         problems.append(Problem(file=name, remedy=f"the file{alone} is missing in {folder}; add it{hint}"))
-    contents = {}
+    texts = {}
     for name in (name for name in FILES if name in present):
         try:
             if not (folder / name).is_file():
                 raise OSError("not a plain file")
-            contents[name] = (folder / name).read_bytes()
+            raw = (folder / name).read_bytes()
+            if b"\0" in raw:
+                line = raw[: raw.index(b"\0")].count(b"\n") + 1
+                remedy = "holds bytes that are no UTF-8 text (binary, a spreadsheet, or UTF-16); save it as UTF-8 text"
+                problems.append(Problem(file=name, line=line, remedy=remedy))
+            else:
+                texts[name] = raw.decode("utf-8")
         except OSError as error:
             cause = error.strerror or error
             problems.append(Problem(file=name, remedy=f"cannot be read ({cause}); replace it by a readable text file"))
-    return contents
+        except UnicodeDecodeError as error:
+            where: dict[str, Any] = {
+                "line": raw[: error.start].count(b"\n") + 1,
+                "value": f"byte 0x{raw[error.start]:02x}",
+            }
+            problems.append(Problem(file=name, remedy="not UTF-8; save the file as UTF-8 text", **where))
+    return texts
 
 
 def is_plan(folder: str | Path) -> bool:
@@ -438,10 +435,8 @@ def is_plan(folder: str | Path) -> bool:
 
 
 def read_plan(folder: str | Path, *, travel: float, step: float) -> Campaign:
-    """Return a planned campaign whose runs are recorded over ``travel`` [m] after the yaw, every ``step`` [m].
-
-    All readings are 0 and have no meaning. Raises CampaignError with every violation.
-    """
+    """Return a planned campaign whose runs are recorded over ``travel`` [m] after the yaw, every ``step`` [m], with
+    readings of 0 that have no meaning. Raises CampaignError with every violation."""
     sheet, planned = read_begun(folder, measured=False)
     runs = []
     for run in planned:
@@ -463,28 +458,22 @@ def write_campaign(
     files and keeps all others. A campaign that the reader would refuse raises CampaignError; nothing is left.
     instead: name -> text of files that are written as they are: a sheet with comments, or files of other kinds.
     """
-    sheet = yaml.safe_dump(
-        sheet_tree(campaign), sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=None
-    )
-    texts = {"campaign.yaml": sheet, "runs.csv": runs_text(campaign.runs)}
-    # the columns of signals.csv are signals that any run has, and time_s where any has it
-    recorded = [run for run in campaign.runs if len(run.travel)]
-    if recorded:
-        used = [signal for signal in campaign.signals if any(signal.name in run.signals for run in recorded)]
-        timed = any(run.time is not None for run in recorded)
-        rows = [",".join(["run", "travel_m", *(["time_s"] if timed else []), *(signal.name for signal in used)])]
-        for run in recorded:
-            blank = np.full(len(run.travel), np.nan)
-            columns = [[run.name] * len(run.travel), _cells(run.travel - run.counted_from)]
-            if timed:
-                columns.append(_cells(blank if run.time is None else run.time))
-            columns += [_cells(run.signals.get(s.name, blank), UNITS[s.unit][1]) for s in used]
-            rows.extend(",".join(row) for row in zip(*columns, strict=True))
-        texts["signals.csv"] = "\n".join([*rows, ""])
+    options: dict[str, Any] = {"sort_keys": False, "allow_unicode": True, "width": 10_000, "default_flow_style": None}
+    texts = {"campaign.yaml": yaml.safe_dump(sheet_tree(campaign), **options), "runs.csv": runs_text(campaign.runs)}
+    if recorded := [(run, np.full(len(run.travel), np.nan)) for run in campaign.runs if len(run.travel)]:
+        columns = {"run": [run.name for run, blank in recorded for _ in blank]}
+        columns["travel_m"] = _cells(np.concatenate([run.travel - run.counted_from for run, _ in recorded]))
+        if any(run.time is not None for run, _ in recorded):
+            columns["time_s"] = _cells(np.concatenate([b if run.time is None else run.time for run, b in recorded]))
+        for sheet in (s for s in campaign.signals if any(s.name in run.signals for run, _ in recorded)):
+            readings = np.concatenate([run.signals.get(sheet.name, blank) for run, blank in recorded])
+            columns[sheet.name] = _cells(readings, UNITS[sheet.unit][1])
+        texts["signals.csv"] = _csv(columns)
     if campaign.steady:
-        header = ",".join(("run", *RATES, "u_rate"))
-        rows = [",".join([r.run, *_cells(np.array([*r.rates, r.u]), MM_PER_M)]) for r in campaign.steady]
-        texts["steady.csv"] = "\n".join([header, *rows, ""])
+        rates = np.array([[*r.rates, r.u] for r in campaign.steady]).T
+        columns = {"run": [r.run for r in campaign.steady]}
+        columns |= {name: _cells(own, MM_PER_M) for name, own in zip((*RATES, "u_rate"), rates, strict=True)}
+        texts["steady.csv"] = _csv(columns)
     return put_folder(texts | dict(instead or {}), folder, overwrite=overwrite, check=read_campaign)
 
 
@@ -521,9 +510,8 @@ def put_folder(
         shutil.rmtree(old, ignore_errors=True)
     except OSError as error:
         cause = error.strerror or error
-        raise InputError(
-            "folder", folder, "", f"cannot be written ({cause}); choose another place, or make room"
-        ) from None
+        remedy = f"cannot be written ({cause}); choose another place, or make room"
+        raise InputError("folder", folder, "", remedy) from None
     finally:
         shutil.rmtree(fresh, ignore_errors=True)
     return back
@@ -565,9 +553,8 @@ def _in_unit(si: float, unit: str) -> float:
 
 def _cells(si: np.ndarray, scale: float = 1.0) -> list[str]:
     """Cells of a column; nan is blank."""
-    return [
-        "" if x != x else repr(float(f"{x:.{WRITTEN_DIGITS}g}")) for x in (np.asarray(si, dtype=float) / scale).tolist()
-    ]
+    written = (np.asarray(si, dtype=float) / scale).tolist()
+    return ["" if x != x else repr(float(f"{x:.{WRITTEN_DIGITS}g}")) for x in written]
 
 
 def runs_text(runs: tuple[Run, ...]) -> str:
@@ -584,4 +571,9 @@ def runs_text(runs: tuple[Run, ...]) -> str:
     columns |= {name: [getattr(run, name) or "" for run in runs] for name in ("repeat_of", "use", "started")}
     blank = {"u_yaw_at_m": "0.0", "start_m": "", "run_in_m": "0.0", "y0_mm": "", "started": ""}
     stated = {n: cells for n, cells in columns.items() if n not in blank or set(cells) - {blank[n]}}
-    return "\n".join([",".join(stated), *(",".join(row) for row in zip(*stated.values(), strict=True)), ""])
+    return _csv(stated)
+
+
+def _csv(columns: Mapping[str, list[str]]) -> str:
+    """A table as text."""
+    return "\n".join([",".join(columns), *(",".join(row) for row in zip(*columns.values(), strict=True)), ""])

@@ -6,11 +6,11 @@ and magnitudes; every violation becomes a ``Problem`` at its line.
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cache, partial
 from importlib.resources import files
-from typing import Annotated, Any, Literal, get_args
+from typing import Annotated, Any, Literal, get_args, get_origin
 
 import yaml
 from pydantic import AfterValidator, BaseModel, BeforeValidator, ConfigDict, ValidationError, model_validator
@@ -144,11 +144,7 @@ def validation_problem(
         example = examples.get(".".join(path[-2:])) or examples.get(path[-1], f"{path[-1]}: ...")
         value, remedy = None, f"is missing; state it, for example {example}"
     elif kind == "extra_forbidden":
-        model = schema  # at this path; the keys of a dictionary are free
-        for key in path[:-1]:
-            entry = model.model_fields.get(key)
-            model = model if entry is None else next(_models(entry.annotation), model)
-        known = [name.rstrip("_") for name in model.model_fields]
+        known = _keys_at(schema, path[:-1])
         value, remedy = None, f"unknown key; {did_you_mean(path[-1], known)}"
     elif kind == "literal_error":
         remedy = f"must be {details['ctx']['expected']}"
@@ -159,12 +155,13 @@ def validation_problem(
     return Problem(file=file, line=marked.line(inner), name=".".join(inner), value=value, unit=unit, remedy=remedy)
 
 
-def _models(annotation: Any) -> Iterator[type[BaseModel]]:
-    """Yield the pydantic models in a type, as in ``dict[str, Entry] | None``."""
+def _keys_at(annotation: Any, path: Path) -> list[str]:
+    """The keys that a schema, as in ``dict[str, Entry] | None``, has at a path; the keys of a dictionary are free."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        yield annotation
-    for part in get_args(annotation):
-        yield from _models(part)
+        fields = annotation.model_fields
+        return _keys_at(fields[path[0]].annotation, path[1:]) if path else [name.rstrip("_") for name in fields]
+    inner = path[1:] if get_origin(annotation) is dict else path
+    return next((keys for part in get_args(annotation) if (keys := _keys_at(part, inner))), [])
 
 
 CAMPAIGN_SCHEMA = "belt-campaign/1"
@@ -288,6 +285,13 @@ class SignalEntry(Entry):
             BOUNDS[f"error_{kind}"].check(self.wander.sd, self.unit, name="wander.sd")
         return self
 
+    def si(self, name: str) -> SignalSheet:
+        scale, kind = UNITS[self.unit][1], kind_at(self.at) or "lateral"
+        errors = {"white": self.white * scale, "zero": self.zero * scale, "gain": self.gain}
+        if self.wander:
+            errors |= {"wander_sd": self.wander.sd * scale, "wander_length": self.wander.length_m}
+        return SignalSheet(name=name, at=self.at, kind=kind, unit=self.unit, **errors)
+
 
 class SpreadEntry(Entry):
     u: float
@@ -367,15 +371,9 @@ def read_sheet(text: str, problems: list[Problem]) -> tuple[Campaign | None, fro
         end = ends.get(place.where, machine.centre_distance.value) if place else 0.0
         if place and place.distance > end:  # farther along a span or a wrap than it is long
             remedy = f"must be 0 to {end:.4g} m: the {place.where.replace('_', ' ')} is no longer"
-            line, at = marked.line(("signals", name, "at")), f"signals.{name}.at"
-            problem = Problem(file=SHEET_FILE, line=line, name=at, value=place.distance, unit="m", remedy=remedy)
-            problems.append(problem)
-        kind, scale, wander = kind_at(signal.at), UNITS[signal.unit][1], signal.wander
-        assert kind is not None
-        errors = {"white": signal.white * scale, "zero": signal.zero * scale, "gain": signal.gain}
-        if wander:
-            errors |= {"wander_sd": wander.sd * scale, "wander_length": wander.length_m}
-        found.append(SignalSheet(name=name, at=signal.at, kind=kind, unit=signal.unit, **errors))
+            where: dict[str, Any] = {"line": marked.line(("signals", name, "at")), "name": f"signals.{name}.at"}
+            problems.append(Problem(file=SHEET_FILE, value=place.distance, unit="m", remedy=remedy, **where))
+        found.append(signal.si(name))
     sheet = Campaign(
         title=entry.title,
         source=Source(**entry.source.model_dump()),

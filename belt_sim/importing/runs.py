@@ -60,7 +60,7 @@ class Section(NamedTuple):
     area: float
     thickness: float
 
-    def stress(self, value: float, dimension: str) -> float:
+    def stress(self, value: Any, dimension: str) -> Any:
         return value / {"force": self.area, "line load": self.thickness}.get(dimension, 1.0)
 
 
@@ -249,14 +249,14 @@ def _assemble(
     clock, started = next((c for c in block.columns if c.role == "time" and c.stamp), None), ""
     if clock is not None and np.isfinite(seconds := float(clock.si()[0])):  # date and time of day of the first row
         moment = datetime(1970, 1, 1) + timedelta(seconds=seconds + zone_seconds(clock.zone))
+        day, started = moment.isoformat(timespec="seconds").split("T")
         zone = clock.zone or mapping.format.zone or ""
-        zone = "+00:00" if zone in ("Z", "UTC", "GMT") else zone
-        is_day = seconds >= 2.0 * DAY
-        started = moment.isoformat(timespec="seconds") + zone if is_day else moment.time().isoformat("seconds")
+        if seconds >= 2.0 * DAY:
+            started = f"{day}T{started}{'+00:00' if zone in ('Z', 'UTC', 'GMT') else zone}"
     timed = {} if way.time is None else {TIME_COLUMN: way.time}
-    record, file = pd.DataFrame(timed | signals, index=way.travel), block.file.name
-    own: dict[str, Any] = {"key": block.name, "entry": entry, "record": record, "settings": known}
-    return AssembledRun(**own, file=file, started=started, notes=tuple(notes))
+    own: dict[str, Any] = {"key": block.name, "entry": entry, "settings": known, "file": block.file.name}
+    record = pd.DataFrame(timed | signals, index=way.travel)
+    return AssembledRun(**own, record=record, started=started, notes=tuple(notes))
 
 
 # ---- settings that are stated: by the mapping, by a table of runs, by a name
@@ -268,8 +268,8 @@ def stated_settings(
     """Settings of a run by all_runs, ``listed`` (tables of runs) and its own entry; of each the last that has it."""
     found: LoggedSettings = {}
     for entry, where in ((mapping.all_runs, "all_runs"), (mapping.runs.get(run, RunEntry()), f"runs.{run}")):
-        texts = {key: getattr(entry, key) for key in RANGES if getattr(entry, key) is not None}
-        found |= {k: Setting(_number(t, k, f"{where}.{k}", section), "the mapping", t) for k, t in texts.items()}
+        for key, text in ((k, t) for k in RANGES if (t := getattr(entry, k)) is not None):
+            found[key] = Setting(_number(text, key, f"{where}.{key}", section), "the mapping", text)
         found |= listed.get(run, {}) if where == "all_runs" else {}
     return found
 
@@ -280,15 +280,12 @@ def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, Log
     for table in tables:
         run = table.column("run")
         labels = [f"r{k}" for k in range(1, len(table.lines) + 1)] if run is None else run.labels
-        columns = [(c, c.si()) for c in table.columns if c.role in RANGES]
-        for row, label in enumerate(labels):
-            own = found.setdefault(run_name(label), {})
-            for column, values in columns:
-                if np.isfinite(values[row]):
-                    value = section.stress(float(values[row]), column.dimension)
-                    unit = RANGES[column.role].unit
-                    text = f"{value / UNITS[unit][1]:.6g} {unit}".strip()
-                    own[column.role] = Setting(value, "the table of runs", text)
+        found |= {run_name(label): {} for label in labels}
+        for column in (c for c in table.columns if c.role in RANGES):
+            unit, values = RANGES[column.role].unit, section.stress(column.si(), column.dimension)
+            for label, value in ((n, float(v)) for n, v in zip(labels, values, strict=True) if np.isfinite(v)):
+                text = f"{value / UNITS[unit][1]:.6g} {unit}".strip()
+                found[run_name(label)][column.role] = Setting(value, "the table of runs", text)
     return found
 
 
@@ -329,22 +326,19 @@ def logged_settings(block: LoggedTable, travel: np.ndarray, known: LoggedSetting
     """The settings that columns hold, and the place of a step of the yaw where ``known`` has none; travel [m], (n,)."""
     found: LoggedSettings = {}
     for key in ("yaw", "yaw_head"):
-        values = block.values(key)
-        if values is None:
+        if (values := block.values(key)) is None:
             continue
         there = np.flatnonzero(np.isfinite(values))
         y = values[there]
-        ends = max(1, len(y) // 50)
+        ends, largest = max(1, len(y) // 50), float(np.abs(y).max())
         before, level, at, begun = float(np.median(y[:ends])), float(np.median(y[-ends:])), 0, 0
-        moves = abs(level - before) > STILL_YAW * np.abs(y).max()
-        beyond = (y - before) / (level - before) > 0.5 if moves else np.zeros(len(y), bool)
-        step = int(np.argmax(beyond))
-        if moves:
-            other = np.where(np.arange(len(y)) < step, np.abs(y - before) > 0.5 * abs(level - before), ~beyond)
-        else:
-            level = float(np.median(y))
-            other = np.abs(y - level) > max(0.5 * np.abs(y).max(), YAW_MOVED)
-        if key not in known and other.sum() >= max(2, 0.02 * beyond.sum()):
+        moves = abs(level - before) > STILL_YAW * largest
+        part = (y - before) / (level - before) if moves else np.zeros(len(y))  # 0 before the step, 1 after it
+        step = int(np.argmax(part > 0.5))
+        level = level if moves else float(np.median(y))
+        other = np.where(np.arange(len(y)) < step, np.abs(part) > 0.5, part <= 0.5)
+        other = other if moves else np.abs(y - level) > max(0.5 * largest, YAW_MOVED)
+        if key not in known and other.sum() >= max(2, 0.02 * np.sum(part > 0.5)):
             again = int(np.argmax(other))
             remedy = "the yaw moves more than once; cut the record into runs, one yaw step each"
             raise block.refuse(there[again], key, float(y[again] / DEGREE), "deg", remedy)
@@ -353,11 +347,9 @@ def logged_settings(block: LoggedTable, travel: np.ndarray, known: LoggedSetting
                 given = f"runs: {{{block.name}: {{{key}: ...}}}}"
                 remedy = f"the yaw is not zero before its step; begin a run at zero yaw, or state {given}"
                 raise block.refuse(there[0], key, float(before / DEGREE), "deg", remedy)
-            part = (y - before) / (level - before)
-            at, begun = int(there[step]), int(there[max(step - 1, 0)])
             low, high = np.flatnonzero(part[: step + 1] < 0.1), step + np.flatnonzero(part[step:] > 0.9)
-            if len(low) and len(high):
-                begun, at = int(there[low[-1]]), int(there[high[0]])
+            sharp = (low[-1], high[0]) if len(low) and len(high) else (max(step - 1, 0), step)
+            begun, at = (int(there[row]) for row in sharp)
         found[key] = Setting(round_digits(level, LOGGED_DIGITS), "its column")
         if at and "yaw_at" not in known | found:
             earlier, later = travel[begun], travel[at]
@@ -366,20 +358,18 @@ def logged_settings(block: LoggedTable, travel: np.ndarray, known: LoggedSetting
             found |= {"yaw_at": Setting(0.5 * (earlier + later), words), "yaw_at_u": Setting(u, words)}
 
     # of the others the mean tension, the direction, and where the run starts on the belt and across it
-    tension, start, direction, y0 = (block.values(k) for k in ("tension", "start", "direction", "y0"))
-    if y0 is not None:
-        found["y0"] = Setting(float(y0[np.isfinite(y0)][0]), "its column")
-    if tension is not None:
+    firsts = {"y0": lambda y: y[0], "start": lambda y: round_digits(float(y[0]), START_DIGITS)}
+    firsts["direction"] = lambda y: np.sign(np.median(y)) or 1.0
+    for key, of in firsts.items():
+        if (values := block.values(key)) is not None:
+            found[key] = Setting(float(of(values[np.isfinite(values)])), "its column")
+    if (tension := block.values("tension")) is not None:
         there = tension[np.isfinite(tension)]
         tenths, error = [float(part.mean()) for part in np.array_split(there, min(TENTHS, len(there)))], scatter(there)
         moves = np.ptp(tenths) > MOVING_SIGMAS * error * math.sqrt(len(tenths) / len(there))
         levels = [float(there.mean()), *((min(tenths), max(tenths)) if moves else ())]
         mean, *extremes = (section.stress(x, block.column("tension").dimension) for x in levels)  # type: ignore[union-attr]
         found["tension"] = Setting(round_digits(mean, LOGGED_DIGITS), "the mean of its column", "", *extremes)
-    if start is not None:
-        found["start"] = Setting(round_digits(float(start[np.isfinite(start)][0]), START_DIGITS), "its column")
-    if direction is not None:
-        found["direction"] = Setting(float(np.sign(np.nanmedian(direction))) or 1.0, "its column")
     return found
 
 
