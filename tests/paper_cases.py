@@ -11,6 +11,7 @@ from belt_sim.case import Case, Rig, Schedule
 from belt_sim.curves import Curves
 from belt_sim.effects.base import library
 from belt_sim.jax_setup import LEAST_EFFORT, known_options
+from belt_sim.line.hooks import as_numpy, indicate
 from belt_sim.line.march import march_traced
 from belt_sim.model import MODELS, AnalyticModel
 from belt_sim.units import N_PER_MM2
@@ -51,6 +52,11 @@ def marched(cases: list[Case], model: str, *, travel: float, effects: list[tuple
 def only(**numbers):
     """Every effect of the library at null but those named: only(taper={"kappa_t": 1e-5})."""
     return tuple(replace(cls.null(), **numbers.get(name, {})) for name, cls in EFFECTS.items())
+
+
+def indicated(curves: Curves, case: Case, at, **numbers) -> Curves:
+    """Curves as read at encoder travels ``at`` [m]: indicated(c, case, at, encoder_scale={"e": 0.1})."""
+    return as_numpy(jax.jit(indicate)(curves, case, only(**numbers), np.asarray(at)))
 
 
 def affected(pairs, travel: float) -> list[Curves]:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from paper_cases import BELT, RIG, YAW, affected, marched, only, paper_case, steered
+from paper_cases import BELT, RIG, YAW, affected, indicated, marched, paper_case, steered
 
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
@@ -12,7 +12,6 @@ from belt_sim.effects.pulley import PulleyDeflection
 from belt_sim.effects.sensors import EncoderScale
 from belt_sim.effects.span import Shear
 from belt_sim.effects.yaw import UnequalTension
-from belt_sim.line.hooks import indicate
 from belt_sim.line.march import march_case
 from belt_sim.line.runup import FRICTION, sag_angle
 from belt_sim.line.span import beam_second_order, response
@@ -28,6 +27,7 @@ EARLY = 0.03  # a formula for the very start, read at 0.1-0.2 m
 TURNED = 5e-3  # a pulley that leans and one that is canted, to second order in the angle of the sag
 EXACT = 1e-9  # two marches that must be one
 STILL = paper_case(40, 0.0)
+HANGING = {"sag_roll": {"strength": 1.0}}  # as in the strip law
 HALF = RIG.span_length + RIG.wrap_tail  # half of the belt [m]
 
 
@@ -71,8 +71,7 @@ def test_a_machine_with_both_axes_canted_leans_the_other_way():
     lean = 1e-3
     both = {"cant": {"gamma": -lean, "gamma_head": -lean}}, {"machine_tilt": {"angle": lean}}
     cases = [paper_case(tension, 0.0, direction=d) for tension in (7, 40) for d in (1.0, -1.0)]
-    effects = [only(**numbers) for numbers in both for _ in cases]
-    curves = marched(cases * 2, "strip", travel=400.0, effects=effects)
+    curves = affected([(case, HANGING | numbers) for numbers in both for case in cases], 400.0)
     for canted, leaning in zip(curves[:4], curves[4:], strict=True):
         np.testing.assert_allclose(late_rates(canted), late_rates(leaning).mean(), rtol=LATE)
         assert canted.tilt[:, -1].mean() + lean == pytest.approx(leaning.tilt[:, -1].mean(), rel=TURNED)
@@ -225,7 +224,7 @@ def test_run_up_points_turn_with_the_cosine_of_the_sag_angle():
 @pytest.mark.parametrize("e", [0.02, -0.02])
 def test_encoder_that_shows_more_makes_rates_smaller(e):
     plain = marched([STILL, paper_case(40)], "beam_th2", travel=100.0)[1]
-    shown = indicate(plain, paper_case(40), only(encoder_scale={"e": e}), np.arange(91.0))
+    shown = indicated(plain, paper_case(40), np.arange(91.0), encoder_scale={"e": e})
     np.testing.assert_allclose(late_rates(shown), late_rates(plain) / (1 + e), rtol=0.02)
     assert np.sign(shown.y[0, 45] - plain.y[0, 45]) == -np.sign(e)
 
@@ -248,7 +247,7 @@ def test_a_yaw_is_applied_when_the_encoder_shows_its_travel():
 def test_sensors_show_gain_offset_and_drift_in_time():
     plain = marched([STILL, paper_case(40)], "beam_th2", travel=100.0)[1]
     numbers = {"sensor_gain": {"g1": 0.1}, "sensor_offset": {"c2": 1e-3}, "sensor_drift": {"d4": 1e-6}}
-    shown = indicate(plain, paper_case(40), only(**numbers), plain.travel)
+    shown = indicated(plain, paper_case(40), plain.travel, **numbers)
     np.testing.assert_allclose(shown.y[2], plain.y[2], atol=1e-15)
     np.testing.assert_allclose(shown.y[0], 1.1 * plain.y[0], rtol=1e-12)
     np.testing.assert_allclose(shown.y[1], plain.y[1] + 1e-3, rtol=1e-12)
@@ -265,7 +264,7 @@ def test_edge_profile_passes_the_points_in_the_order_of_travel():
     for direction in (1.0, -1.0):
         case = paper_case(40, 0.0, direction=direction)
         plain = marched([case], "beam_th2", travel=100.0)[0]
-        y = indicate(plain, case, only(edge_profile={"cos1": 1e-3}), np.arange(10001) * 0.01).y
+        y = indicated(plain, case, np.arange(10001) * 0.01, edge_profile={"cos1": 1e-3}).y
         at = [np.argmax(row[: int(RIG.belt_length / 0.01)]) * 0.01 for row in y]
         steps = np.array([at[0] - at[3], at[1] - at[0], at[2] - at[1]]) * direction
         np.testing.assert_allclose(
@@ -385,8 +384,7 @@ def test_what_the_belt_carries_acts_as_a_taper_or_a_camber():
         {"temperature_difference": {"difference": -2.0}},
         {"camber": {"kappa_c": 1.2e-5 * 2.0 / BELT.width}},
     )
-    effects = [only(**numbers) for numbers in several]
-    wedge, tapered, warm, bent, *_ = marched([case] * 8, "strip", travel=20.0, effects=effects * 2)  # as many as above
+    wedge, tapered, warm, bent = affected([(case, HANGING | numbers) for numbers in several], 20.0)
     np.testing.assert_allclose(wedge.y, tapered.y, atol=EXACT * np.abs(tapered.y).max())
     np.testing.assert_allclose(warm.y, bent.y, atol=EXACT * np.abs(bent.y).max())
     assert np.abs(bent.y).max() > 1e-5
@@ -439,16 +437,16 @@ def test_unequal_tension_is_a_yaw_in_proportion_to_the_force():
 def test_a_late_sensor_shows_the_belt_and_its_edge_as_they_were():
     delay, case = 0.4, paper_case(40)
     plain = marched([STILL, case], "beam_th2", travel=100.0)[1]
-    shown = indicate(plain, case, only(sensor_delay={"delay": delay}), plain.travel)
+    shown = indicated(plain, case, plain.travel, sensor_delay={"delay": delay})
     back = delay * 0.5  # a fifth of the distance between two records
     late = np.array([np.interp(plain.travel - back, plain.travel, row) for row in plain.y])
     np.testing.assert_allclose(shown.y, late, atol=2e-3 * np.abs(plain.y).max())
     np.testing.assert_allclose(shown.tilt, plain.tilt, atol=1e-15)
     mark = {"edge_profile": {"cos1": 1e-3, "sin3": 5e-4}}
     edges, both = (
-        indicate(plain, case, only(**mark, **more), plain.travel).y for more in ({}, {"sensor_delay": {"delay": delay}})
+        indicated(plain, case, plain.travel, **mark, **more).y for more in ({}, {"sensor_delay": {"delay": delay}})
     )
-    there = indicate(plain, case, only(**mark), plain.travel - back)
+    there = indicated(plain, case, plain.travel - back, **mark)
     np.testing.assert_allclose(
         (both - shown.y)[:, 1:], (there.y - late)[:, 1:], atol=2e-3 * 1e-3 + 2e-3 * np.abs(plain.y).max()
     )
