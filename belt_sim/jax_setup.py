@@ -37,6 +37,7 @@ from uuid import uuid4
 import jax
 import jax.numpy as jnp
 import jaxlib
+import numpy as np
 
 from belt_sim.errors import InputError
 from belt_sim.io import code_hash, write_text, write_with
@@ -300,6 +301,7 @@ class StoredProgram:
     def __call__(self, *arguments: Any) -> Any:
         """Return what the function gives, by its program from memory, from disk, or traced now."""
         leaves, structure = jax.tree.flatten(arguments)
+        leaves = [x if hasattr(x, "dtype") else np.asarray(x) for x in leaves]  # a plain number needs no other program
         with jax.enable_x64(True):
             types = tuple(map(jax.typeof, leaves))
             with self.lock:
