@@ -22,6 +22,7 @@ YAW = -paper.YAW  # [rad], size of the paper's yaw
 RECORDS, STRIDE, SLOTS, LANES = 100, 20, 128, 8  # one shape for all marches: one compilation a model
 STEPS = RECORDS * STRIDE
 BELT, EFFECTS = paper.PAPER_BELT, library()
+READ = jax.jit(indicate)
 
 
 def paper_case(tension: float, yaw: float = YAW, rig: Rig = RIG, **settings) -> Case:
@@ -56,7 +57,7 @@ def only(**numbers):
 
 def indicated(curves: Curves, case: Case, at, **numbers) -> Curves:
     """Curves as read at encoder travels ``at`` [m]: indicated(c, case, at, encoder_scale={"e": 0.1})."""
-    return as_numpy(jax.jit(indicate)(curves, case, only(**numbers), np.asarray(at)))
+    return as_numpy(READ(curves, case, only(**numbers), np.asarray(at)))
 
 
 def affected(pairs, travel: float) -> list[Curves]:
