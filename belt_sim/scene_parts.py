@@ -1,6 +1,6 @@
 """What stands in a three-dimensional scene, before any engine builds it: pulleys, gravity, friction, the belt's shape.
 
-An effect's geometric half and a virtual rig change these parts; ``belt_sim.space`` builds them. Needs no MuJoCo.
+An effect's geometric half changes these parts; ``belt_sim.space`` builds them. Needs no MuJoCo.
 """
 
 import math

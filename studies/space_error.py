@@ -6,6 +6,7 @@ minute; ENGINE=native takes six.
 """
 
 import os
+from functools import partial
 
 import numpy as np
 from rich.console import Console
@@ -16,8 +17,8 @@ from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.space import (
     OPTIONS,
     SENSORS,
-    SceneRun,
     measure,
+    run_scene,
     take_readings,
     true_cases,
     with_simulator_error,
@@ -38,7 +39,8 @@ def differences(space: np.ndarray, line: np.ndarray) -> tuple[np.ndarray, np.nda
 def main() -> None:
     plan, engine = small_space_plan(), os.environ.get("ENGINE", "quasi_static")
     cases = true_cases(plan, "strip", TrueErrors())
-    space = take_readings(plan, measure([SceneRun(c, (), OPTIONS, plan.length, engine) for c in cases], 1))
+    run = partial(run_scene, effects=(), options=OPTIONS, travel=plan.length, engine=engine)
+    space = take_readings(plan, measure(cases, run, plan.length, 1))
     line = observe(plan, true_line(plan, "strip", TrueErrors()), ())
     off, left = differences(space, line)
     rms = np.sqrt((left**2).mean(axis=1))

@@ -7,10 +7,10 @@ asks for a campaign says how effects are made (``belt_sim.effects.load.load_effe
 import math
 import multiprocessing
 import secrets
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -100,17 +100,6 @@ IN_SCENE = (
 EffectLoader = Callable[[list[dict[str, Any]]], Sequence[Any]]
 
 
-@dataclass(frozen=True)
-class SceneRun:
-    """One run in the scene, as a worker process takes it."""
-
-    case: Case
-    effects: tuple[Any, ...]
-    options: Options
-    travel: float
-    engine: str = "native"
-
-
 def make_space_campaign(
     load: EffectLoader,
     *,
@@ -151,8 +140,8 @@ def make_space_campaign(
             refuse_sliding_limp("flex", options, scene_parts(cases[0], effects, options))
         except CannotRepresent:
             engine = "native"
-    curves = measure([SceneRun(c, effects, options, plan.length, engine) for c in cases], workers)
-    readings = take_readings(plan, curves)
+    run = partial(run_scene, effects=effects, options=options, travel=plan.length, engine=engine)
+    readings = take_readings(plan, measure(cases, run, plan.length, workers))
     readings = add_noise(readings, plan.travel, sensors.sheets(plan), sensors, streams[1])
     stated_noise, words = with_simulator_error(sensors, engine)
     campaign = build_campaign(plan, stated_noise, readings, title, REFERENCE.format(engine=engine, error=words))
@@ -193,21 +182,19 @@ def true_cases(plan: Plan, base: str, errors: TrueErrors, faults: Sequence[Fault
     ]
 
 
-def measure(runs: Sequence[SceneRun], workers: int | None = None) -> list[Curves]:
-    """The curves of runs in the scene, in order; one process a core unless ``workers`` says otherwise.
+def measure(
+    cases: Sequence[Case], run: Callable[[Case], Curves], travel: float, workers: int | None = None
+) -> list[Curves]:
+    """The curves of cases over ``travel`` [m], in order; one process a core unless ``workers`` says otherwise.
 
     Raises SimulationError when a run diverges; runs that have not begun are then left out.
     """
-    workers = min(workers or cores(), len(runs))
-    found = []
-    with progress(sum(run.travel for run in runs), "measuring in 3D") as done, ExitStack() as stack:
-        each: Iterable[Curves] = map(run_scene, runs)
-        if workers > 1:
-            spawn = multiprocessing.get_context("spawn")
-            each = stack.enter_context(ProcessPoolExecutor(workers, mp_context=spawn)).map(run_scene, runs)
-        for run, curves in zip(runs, each, strict=True):
+    workers, found = min(workers or cores(), len(cases)), []
+    spawn = multiprocessing.get_context("spawn")
+    with progress(len(cases) * travel, "measuring in 3D") as done, ProcessPoolExecutor(workers, spawn) as pool:
+        for curves in pool.map(run, cases) if workers > 1 else map(run, cases):
             found.append(curves)
-            done(run.travel)
+            done(travel)
     return found
 
 
@@ -219,17 +206,17 @@ def scene_parts(case: Case, effects: Sequence[Any], options: Options) -> ScenePa
     return parts
 
 
-def run_scene(run: SceneRun) -> Curves:
+def run_scene(case: Case, effects: Sequence[Any], options: Options, travel: float, engine: str = "native") -> Curves:
     """One run in the scene as the effects leave it, at the speed that the setting states (no inertia)."""
-    parts, travel = scene_parts(run.case, run.effects, run.options), run.travel + 2 * run.options.sample
-    if run.engine == "quasi_static":
+    own: dict[str, Any] = {"belt": "flex", "travel": travel + 2 * options.sample, "options": options}
+    own["parts"] = scene_parts(case, effects, options)
+    if engine == "quasi_static":
         from belt_sim.space.quasi_static import simulate as equilibria
 
-        return equilibria(run.case, belt="flex", travel=travel, options=run.options, parts=parts)
+        return equilibria(case, **own)
     from belt_sim.space.native import run_native
 
-    options = replace(run.options, belt_speed=float(run.case.settings.speed))
-    return run_native(run.case, belt="flex", travel=travel, options=options, parts=parts)
+    return run_native(case, **own | {"options": replace(options, belt_speed=float(case.settings.speed))})
 
 
 def take_readings(plan: Plan, curves: Sequence[Curves]) -> np.ndarray:

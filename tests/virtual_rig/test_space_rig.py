@@ -1,6 +1,7 @@
 """A campaign measured in three dimensions: what is asked for gets into the scene, and a campaign comes out."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -21,7 +22,6 @@ from belt_sim.virtual_rig.space import (
     SENSORS,
     TENSIONS,
     YAW,
-    SceneRun,
     make_space_campaign,
     measure,
     run_scene,
@@ -35,6 +35,7 @@ from belt_sim.virtual_rig.space import (
 COARSE = Options(dx=0.04, run_in=0.0, settle=0.2)
 TINY = replace(space_plan(), runs=(RunSetting(tension=40e6, yaw=YAW, speed=1.0),), length=0.5, spacing=0.1)
 FINE = Options(dx=0.025, run_in=0.0, settle=0.4)
+RUN = partial(run_scene, effects=(), options=COARSE, travel=0.2)
 MIRRORED = (
     5e-6  # [m]: the membrane's triangles lean to one side; a belt without yaw drifts by 2 um over the first metre
 )
@@ -151,7 +152,7 @@ def test_a_tiny_campaign_is_written_and_its_truth_opens(tmp_path):
 @pytest.mark.long
 def test_opposite_yaw_is_the_mirror_image():
     plan = replace(TINY, runs=(TINY.runs[0], replace(TINY.runs[0], yaw=-YAW)))
-    left, right = (run_scene(SceneRun(c, (), FINE, 0.5)) for c in true_cases(plan, "strip", TrueErrors()))
+    left, right = (run_scene(c, (), FINE, 0.5) for c in true_cases(plan, "strip", TrueErrors()))
     assert left.y[0, -1] > 5 * MIRRORED  # towards where the pulley points
     np.testing.assert_allclose(left.y, -right.y, atol=MIRRORED)
 
@@ -159,8 +160,9 @@ def test_opposite_yaw_is_the_mirror_image():
 @pytest.mark.long
 def test_processes_measure_what_one_measures_and_in_order():
     plan = replace(TINY, runs=(TINY.runs[0], replace(TINY.runs[0], yaw=-YAW), replace(TINY.runs[0], yaw=2 * YAW)))
-    runs = [SceneRun(c, (), COARSE, 0.2) for c in true_cases(plan, "strip", TrueErrors())]
-    for alone, together in zip(measure(runs, workers=1), measure(runs, workers=2), strict=True):
+    cases = true_cases(plan, "strip", TrueErrors())
+    one, two = (measure(cases, RUN, 0.2, workers=workers) for workers in (1, 2))
+    for alone, together in zip(one, two, strict=True):
         np.testing.assert_array_equal(alone.y, together.y)
 
 
@@ -172,7 +174,7 @@ def test_a_run_that_fails_ends_the_campaign():
         for t in (40e6, 2e3)
     )
     with pytest.raises(BeltError) as caught:
-        measure([SceneRun(c, (), COARSE, 0.2) for c in (bad, good, good)], workers=2)
+        measure([bad, good, good], RUN, 0.2, workers=2)
     assert "\n" not in str(caught.value)
 
 
@@ -185,10 +187,10 @@ def test_a_run_that_fails_ends_the_campaign():
 )
 def test_the_quick_engine_measures_what_it_can(monkeypatch, name, options, engine):
     asked = []
-    monkeypatch.setattr(space, "measure", lambda runs, workers: asked.extend(runs) or [])
+    monkeypatch.setattr(space, "measure", lambda cases, run, travel, workers: asked.append(run) or [])
     with pytest.raises(ValueError, match="zip"):  # nothing is measured here
         make_space_campaign(load_effects, hidden=[name], seed=0, plan=TINY, options=options)
-    assert [run.engine for run in asked] == [engine]
+    assert [run.keywords["engine"] for run in asked] == [engine]
 
 
 @pytest.mark.long
@@ -197,6 +199,6 @@ def test_both_engines_measure_alike():
     case = true_cases(TINY, "strip", TrueErrors())[0]
     taper = load_effects([{"id": "taper", "kappa_t": 1e-4}])
     native, quasi_static = (
-        take_readings(TINY, [run_scene(SceneRun(case, taper, FINE, 0.5, e))]) for e in ("native", "quasi_static")
+        take_readings(TINY, [run_scene(case, taper, FINE, 0.5, e)]) for e in ("native", "quasi_static")
     )
     np.testing.assert_allclose(quasi_static, native, atol=5e-6, rtol=OWN_ERROR["native"][0])
