@@ -120,8 +120,7 @@ def crash_answer(error: BaseException | str) -> dict[str, Any]:
 def _score_further(task: Task, truth: Truth, answer: dict[str, Any], spent: dict[str, float]) -> dict[str, Any]:
     """What is learnt after the answer is frozen: how small its error could have been, and whether the advised run
     tells."""
-    from studies.challenge.follow_up import follow
-    from studies.challenge.oracle import least_error, left_by_named
+    from studies.challenge.oracle import follow, least_error, left_by_named
 
     more: dict[str, Any] = {}
     folder = task.file("campaigns")

@@ -143,7 +143,7 @@ def test_killed_outright_it_goes_on_where_it_was(tmp_path):
 
 
 def test_a_further_run_is_of_the_same_line(tmp_path):
-    from studies.challenge.follow_up import add_follow_up_run, advised_run
+    from studies.challenge.oracle import add_follow_up_run, advised_run
 
     campaign, truth = draw(1)
     settings = RunSettings(tension=30e6, yaw=0.042 * DEGREE, speed=0.5, direction=1.0, travel=20.0, all_points=True)
