@@ -443,13 +443,13 @@ class Forward:
         finish([batches for _, batches in parts])
         found = np.empty((len(vector), *self.samples.y.shape))
         for rows, (part, _) in zip(places.values(), parts, strict=True):
-            found[rows] = part
+            found[rows] = part[:, self.samples.distinct[1]]
         found -= self.offset
         return found + self._additive_readings(vector, vector, self._addable) if self._addable else found
 
     def _march(self, vector: np.ndarray, groups: Groups) -> tuple[np.ndarray, Sequence[Callable[[], None]]]:
-        """Predictions (C, R, S, n) with the effects of some groups, which are all that is not null, and the batches
-        that are to write them.
+        """Predictions (C, k, S, n) of the distinct runs with the effects of some groups, which are all that is not
+        null, and the batches that are to write them.
 
         A batch marches as far as its runs ask for, and takes the time of the effects alone that are not null in it.
         """
@@ -471,8 +471,8 @@ class Forward:
 
         stand = [*PLACES, *others]  # rows of what a program shows
         places = [stand.index(sensor_place(s.at) or s.at) for s in samples.signals]
-        runs, _, n = samples.y.shape
-        points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), np.arange(runs), indexing="ij"))
+        n, runs = samples.y.shape[-1], samples.distinct[0]
+        points, run = (x.ravel() for x in np.meshgrid(np.arange(len(vector)), runs, indexing="ij"))
         cases, columns = samples.cases, np.minimum(np.arange(-(-n // SAMPLES_FILLED) * SAMPLES_FILLED), n - 1)
         travel, time = samples.travel[:, columns], samples.time[:, columns]
         found = np.empty((len(points), len(places), n))
@@ -488,7 +488,7 @@ class Forward:
             part[:] = np.asarray(predicted)[: len(part), places, :n]
 
         batches = [partial(batch, start) for start in range(0, len(points), BATCH_ROWS)]
-        return found.reshape(len(vector), *samples.y.shape), batches
+        return found.reshape(len(vector), len(runs), *samples.y.shape[1:]), batches
 
     def values_and_slopes(self, vector: np.ndarray, directions: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Predictions and derivatives, both (C, R, S, n), at parameter vectors (C, size) along directions (C, size)."""

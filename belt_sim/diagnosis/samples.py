@@ -55,6 +55,16 @@ class Samples:
         middle = [steps[run, np.minimum(first + (count - k) // 2, steps.shape[1] - 1)] for k in (0, 1)]
         return np.where(count > 0, 0.5 * (middle[0] + middle[1]), 0.0)
 
+    @cached_property
+    def distinct(self) -> tuple[np.ndarray, np.ndarray]:
+        """Runs by number, of which no two are set and read alike (k,), and which of these every run (R,) is alike: a
+        model predicts a run and its repeat as one."""
+        known = (*jax.tree.leaves(self.cases.settings), self.travel, self.time, self.yaw_at, self.per_bin)
+        numbers = np.concatenate([np.reshape(x, (len(self.runs), -1)) for x in known], axis=1)
+        places = dict[bytes, int]()
+        alike = np.array([places.setdefault(row.tobytes(), len(places)) for row in numbers])
+        return np.unique(alike, return_index=True)[1], alike
+
     def of_runs(self, which: np.ndarray) -> "Samples":
         """Those of some runs, by number."""
         each = {n: getattr(self, n)[which] for n in ("travel", "time", "y", "yaw_at", "per_bin")}
