@@ -44,46 +44,28 @@ def one_line(error: BaseException, command: str, conf: Path = CONF) -> str:
     """Hydra's commonest errors, in one line each that says what to type instead."""
     from hydra.errors import MissingConfigException
 
-    keys, text = known_keys(command, conf), str(error)
-    first = " ".join((text or str(error.__cause__ or "")).splitlines()[0].split()) if text or error.__cause__ else ""
+    keys, text, cause = known_keys(command, conf), str(error), error.__cause__
+    found: Any = next((e for e in (error, cause) if getattr(e, "full_key", None)), error)
+    key: str = getattr(found, "full_key", None) or ""
+    first = " ".join((str(found) or str(cause or "") or " ").splitlines()[0].split())
     if isinstance(error, MissingConfigException) and error.missing_cfg_file:
         group, _, name = error.missing_cfg_file.rpartition("/")
         if not group:
             place = "of conf or --config-dir; --config-path takes the place of conf, --config-dir adds to it"
             return f"--config-name = {name}: no such file {place}"
-        options = error.options or sorted(p.stem for p in (CONF / group).glob("*.yaml"))
+        options = error.options or group_names(group)
         return f"{group} = {name}: use one of {', '.join(options)}" if options else f"{group}: no such key"
-    found = next((e for e in (error, error.__cause__) if getattr(e, "full_key", None)), None)
-    key = getattr(found, "full_key", None)
-    group, beside = (key or "").rpartition(".")[0], getattr(found, "parent_node", None)
-    if group and isinstance(beside, Mapping):  # of the model, rig ... that was chosen
-        keys = [f"{group}.{name}" for name in beside]
-    if wrong := re.match(r"Value '(.*)' of type .* could not be converted to (\w+)", str(found)):
-        kinds = {"Integer": "a whole number", "Float": "a number", "Boolean": "true or false"}
-        return f"{key} = {wrong[1]}: give {kinds.get(wrong[2], wrong[2])}"
+    if "." in key and isinstance(getattr(found, "parent_node", None), Mapping):  # of the model, rig ... that was chosen
+        keys = [f"{key.rpartition('.')[0]}.{name}" for name in found.parent_node]
     if target := re.search(r"Error locating target '(.*?)'.*full_key: ([\w.]+)", text, re.DOTALL):
         return f"{target[2]}._target_ = {target[1]}: cannot be imported; name a class of an installed module"
     if "object_type=RangeSweep" in text:
         return "range(...): is all of a sweep's values; write them out to add others, as 10,20,30,50"
-    if key and "Missing mandatory value" in f"{error} {error.__cause__}":
+    if key and "Missing mandatory value" in f"{error} {cause}":
         meaning = dict(_settings(conf / f"{command}.yaml")).get(f"{key}=...", "").removeprefix("needed: ")
         names = f": {', '.join(sample_campaigns())}" if key == "campaign" else ""
         return f"{key}: is not given; write {key}=..." + (f" ({meaning}{names})" if meaning else "")
-    if key and "nterpolation" in f"{type(error).__name__} {type(error.__cause__).__name__}":
-        return f"{key}: {' '.join(str(found).splitlines()[0].split())}; name a key that there is"
-    said = {
-        r"Ambiguous value for argument '(.*)'": "several values are a sweep; add -m, or write a list as [a,b]",
-        r"Sweep parameters '(.*)' requires": "several values are a sweep; add -m",
-        r"Could not append to config. An item is already at '(.*)'": "the key is there already; leave the + out",
-        r"Could not delete from config. '?(.*?)'? does not exist": "no such key",
-        r"Could not override '(.*)'": "no such key",
-        r"Could not append override '(.*)'": "no such group, or it is there already",
-        r"Additional config directory '(.*)' not found": "no such folder",
-        r"does not support sweep type : INTERVAL()": "is for a search; add hydra/sweeper=optuna",
-        r"Key '(.*?)' is not in struct": "no such key",
-        r"Multiple values for ([\w/]*)": "give it once",
-    }
-    for pattern, remedy in said.items():
+    for pattern, remedy in _SAID.items():
         if match := re.search(pattern, text):
             name = key or match.group(1)
             if "Could not delete" in pattern and name in keys:
@@ -91,15 +73,29 @@ def one_line(error: BaseException, command: str, conf: Path = CONF) -> str:
             near = nearest(name, [k for k in keys if k != name]) if remedy == "no such key" else ""
             return f"{name or 'interval(...)'}: {remedy}{near}"
     if key:
-        return f"{key}: {first or 'cannot be'}" if key in keys else f"{key}: no such key{nearest(key, keys)}"
+        return f"{key}: {first}" if key in keys else f"{key}: no such key{nearest(key, keys)}"
     if isinstance(error, ValueError) and "--" in first:  # flags that exclude each other
         return f"{first.replace('shell_completion', 'shell-completion')}: give one of them"
-    if isinstance(error, ValueError) and "group" not in text.lower():
-        return first
     if isinstance(error, ValueError):  # Hydra checks the names of groups with it
-        return "a group (rig, belt, model) is named by one of its files, as rig=test_rig"
+        is_group = "group" in text.lower()
+        return "a group (rig, belt, model) is named by one of its files, as rig=test_rig" if is_group else first
     first = re.sub(r"^\w+Exception: ", "", first)  # of Hydra's grammar
     return f"{first}: write key=value, lists as [a,b]; quote what holds signs, as key=\"'a,b'\""
+
+
+#: what Hydra says, with the key -> what to do
+_SAID = {
+    r"Ambiguous value for argument '(.*)'": "several values are a sweep; add -m, or write a list as [a,b]",
+    r"Sweep parameters '(.*)' requires": "several values are a sweep; add -m",
+    r"Could not append to config. An item is already at '(.*)'": "the key is there already; leave the + out",
+    r"Could not delete from config. '?(.*?)'? does not exist": "no such key",
+    r"Could not override '(.*)'": "no such key",
+    r"Could not append override '(.*)'": "no such group, or it is there already",
+    r"Additional config directory '(.*)' not found": "no such folder",
+    r"does not support sweep type : INTERVAL()": "is for a search; add hydra/sweeper=optuna",
+    r"Key '(.*?)' is not in struct": "no such key",
+    r"Multiple values for ([\w/]*)": "give it once",
+}
 
 
 def known_keys(command: str, conf: Path = CONF) -> list[str]:

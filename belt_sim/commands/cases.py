@@ -13,7 +13,7 @@ import numpy as np
 from belt_sim.api.simulate import SLACK_SCENE, by_tension, effects_of, model_of, on_engine, scene_text, simulate_one
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves, Frame, Observer, read_curves, write_curves
-from belt_sim.errors import BeltError, InputError, SimulationError, finite, whole
+from belt_sim.errors import BeltError, InputError, SimulationError, finite
 from belt_sim.io import provenance, write_json, write_text, write_with
 from belt_sim.model import AnalyticModel, Model, SteadyModel
 from belt_sim.results.simulation import Simulation, summary_json
@@ -173,28 +173,20 @@ def map_command(run_dir: RunDir) -> None:
         import pyarrow  # noqa: F401
     except ImportError as missing:
         raise BeltError("a map needs PyArrow: pip install 'belt-sim[sweeps]'") from missing
-    from belt_sim.api.plot import drawn_columns, plot
+    from belt_sim.api.plot import plot
     from belt_sim.api.sweep import sweep, sweep_columns
 
-    if config["workers"] is not None:
-        whole("workers", config["workers"])
     if config["show"] is not None and not config["pictures"]:
         raise InputError("show", config["show"], "", "is the column of the picture, and pictures=false draws none")
-    places = config["at"] if isinstance(config["at"], list) else None
-    drawn = [
-        c
-        for c in sweep_columns(config["travel"], [s for s in places if isinstance(s, int | float)] if places else None)
-        if c != "settled"
-    ]
+    places = [s for s in config["at"] if isinstance(s, int | float)] if isinstance(config["at"], list) else None
+    closed = ("steady_rate_mm_per_m",) if config["effects"] else ()  # closed forms read no effects
+    drawn = [c for c in sweep_columns(config["travel"], places) if c not in ("settled", *closed)]
     if config["show"] not in (None, *drawn):
         raise InputError("show", config["show"], "", f"use one of {', '.join(drawn)}")
     began = time.monotonic()
     with run_dir.outputs() as draft:
         with progress(1.0, "map") as done:
             table = sweep(**{k: config[k] for k in MAP_SETTINGS}, model=model_settings(config["model"]), tell=done)
-        shown = config["show"] or drawn_columns(table)[0]
-        if shown not in drawn_columns(table):
-            raise InputError("show", shown, "", f"use one of {', '.join(drawn_columns(table))}")
         seconds = time.monotonic() - began
         print(
             f"{len(table)} cases in {seconds:.1f} s, {len(table) / seconds:.0f} a second, start-up counted",
@@ -203,7 +195,7 @@ def map_command(run_dir: RunDir) -> None:
         )
         write_with(draft / "map.parquet", lambda path: table.to_parquet(path, index=False))
         if config["pictures"] and len(table.attrs["axes"]) <= 2 and len(table) <= MOST_CASES_DRAWN:
-            plot(table, draft / "map.png", kind=shown)
+            plot(table, draft / "map.png", kind=config["show"])
         elif config["pictures"]:
             print(f"no picture: at most 2 may vary ({len(table.attrs['axes'])} do), in {MOST_CASES_DRAWN} cases")
     print(f"a row a case, for pandas.read_parquet:\n{run_dir.path / 'map.parquet'}")

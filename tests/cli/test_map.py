@@ -92,11 +92,15 @@ def test_what_cannot_be_is_told_in_one_line(tmp_path, asked):
     assert not list(tmp_path.glob("map*"))
 
 
-def test_a_picture_of_no_column_is_refused(belt, monkeypatch):
+EFFECT = "effects=[{id: taper, kappa_t: 1.0e-5}]"
+
+
+@pytest.mark.parametrize("asked", [("travel=null", "show=colour"), (EFFECT, "show=steady_rate_mm_per_m")])
+def test_a_picture_of_no_column_is_refused(asked, belt, monkeypatch):
     monkeypatch.setattr("belt_sim.api.sweep.sweep", lambda **given: pytest.fail("worked before it refused"))
-    answer = belt("map", "travel=null", "tension=[10, 20]", "show=colour")
+    answer = belt("map", "tension=[10, 20]", *asked)
     assert answer.status == 1
-    assert "show = colour: use one of" in answer.err
+    assert f"{asked[1].replace('=', ' = ')}: use one of" in answer.err
 
 
 def test_a_list_of_tensions_gives_a_table_that_is_drawn(tmp_path):
