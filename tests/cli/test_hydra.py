@@ -143,7 +143,7 @@ WRONG = [
     (["=5"], "=5: has no key; write key=value"),
     (["+hydra.callbacks.my._target_=nomodule.Say"], "my._target_ = nomodule.Say: cannot be imported"),
     (["-m", "tension=range(10,31,10),50"], "write them out to add others"),
-    (["hydra/launcher=joblib", "hydra.launcher.n_jobs=two"], "hydra.launcher.n_jobs: Value 'two' of type 'str' could not be converted to Integer"),
+    (["hydra/launcher=joblib", "hydra.launcher.n_jobs=two"], "n_jobs: Value 'two' of type 'str' could not be"),
     (["model=mujoco_flex", "model.fricton=0.2"], "model.fricton: no such key; did you mean model.friction?"),
     (["model=mujoco_flex", "model.control=true"], "model.control: no such key; the keys are model.name, model.dx"),
     (["hydra.callbacks.sweep.stop_after=0", "-m", "tension=-1,-2"], "stop_after = 0: give null or a whole number"),
