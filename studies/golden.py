@@ -288,7 +288,7 @@ def command(*words: str) -> None:
 
 def columns(path: Path) -> dict[Any, list[float]]:
     """Column -> ROWS of its values."""
-    table = pd.read_csv(path, float_precision="round_trip")
+    table = pd.read_csv(path)
     return table.iloc[spread([*range(len(table))])].astype(float).to_dict("list")
 
 

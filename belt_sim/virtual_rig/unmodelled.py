@@ -25,9 +25,7 @@ from belt_sim.virtual_rig.fault import (
 )
 from belt_sim.virtual_rig.line import DOUBLINGS, Sections, unit_load
 
-FLAT = ("beam_th2",)  # base laws on which a change of the spans' roll does nothing
 _UPPER, _LOWER = 1.0, -1.0
-_STATES = tuple(np.linspace(0.0, 1.0, 9))
 _MIDDLES = (np.arange(2**DOUBLINGS) + 0.5) / 2**DOUBLINGS  # of the elements, as shares of a span
 _FIBRES = np.linspace(-1.0, 1.0, 401)  # places across half the width
 _TURN = 2 * np.pi
@@ -173,7 +171,9 @@ _PASSING: dict[str, Any] = {
 
 
 def row(where: str, words: str, **given: Any) -> dict[str, Any]:
-    """A row. where: "place | variable form, form; variable form", the first pair as it is; given: numbers, hooks."""
+    """A row. where: "place | variable form, form; variable form", the first pair as it is; given: numbers, hooks.
+
+    What changes how spans twist does nothing on a base law whose spans are flat."""
     place, _, pairs = where.partition(" | ")
     forms = [
         (variable, form)
@@ -182,7 +182,9 @@ def row(where: str, words: str, **given: Any) -> dict[str, Any]:
         for form in names.split(", ")
     ]
     (variable, form), *also = forms
-    return {"words": words, "place": place, "variable": variable, "form": form, "also": tuple(also), **given}
+    usual = {"idle_on": ("beam_th2",) if place == "span_torsion" else ()}
+    usual |= {"span_states": tuple(np.linspace(0.0, 1.0, 9))} if "span_state" in given else {}
+    return {"words": words, "place": place, "variable": variable, "form": form, "also": tuple(also), **usual, **given}
 
 
 _TABLE: dict[str, dict[str, Any]] = {
@@ -459,7 +461,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     "slack_twist": row(
         "span_torsion | tension threshold, power, linear, exponential, saturating",
         "Below a tension the cross-section gives way: T falls by ``share`` of what the tension is short of it.",
-        idle_on=FLAT,
         share=size("1", 0.4, 0.95, positive=True),
         onset=at_tension(3e7, lambda plan, tension: 1.5 * tension),
         sections=lambda f, state, line, upper: Sections(torsion=1 - f.share * np.clip(1 - line.stress / f.onset, 0, 1)),
@@ -467,8 +468,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     "torsion_creep": row(
         "span_torsion | time_since_step exponential, saturating; travel exponential, saturating",
         "After a yaw step the spans twist more and more easily: T (1 - share (1 - exp(-t/time))).",
-        idle_on=FLAT,
-        span_states=_STATES,
         share=size("1", 0.4, 0.95, positive=True),
         time=between(30.0, 0.08, 0.4, "duration", log=True),
         sections=lambda f, state, line, upper: Sections(torsion=1 - f.share * state + 0 * line.stress),
@@ -477,7 +476,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     "edge_cracks": row(
         "span_bending | curvature threshold, saturating; yaw threshold, saturating; contact_angle threshold",
         "One edge is cracked: a span whose ends are turned so that the cracks open bends by ``share`` more easily.",
-        span_states=_STATES,
         share=size("1", 0.3, 0.95, positive=True),
         sign=shape(1.0, lambda plan, rng: rng.choice((-1.0, 1.0))),
         angle=between(1e-4, 0.05, 0.3, "largest_yaw"),
@@ -495,7 +493,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     "span_stiffening": row(
         "span_bending | curvature power, saturating; yaw power, saturating; y power, saturating",
         "A span stiffens with its amplitude: EI (1 + c q/(1 + q)), q the mean square of its bend over ``bend``.",
-        span_states=_STATES,
         c=size("1", 0.4, 10.0, positive=True),
         bend=between(5e-4, 0.5, 3.0, "largest_yaw", log=True),
         sections=lambda f, state, line, upper: Sections(bending=1 + f.c * state + 0 * line.stress),
@@ -504,7 +501,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     "support_roller": row(
         "span_torsion | tension threshold, power, linear, exponential; travel constant",
         "A belt that sags by more than ``gap`` touches a roller at mid-span, which holds its cross-section level.",
-        idle_on=FLAT,
         stiffness=size("N m/rad", 5.0, 1e4, positive=True),
         gap=at_tension(0.05, _sag_at),
         side=shape(_LOWER, lambda plan, rng: rng.choice((_UPPER, _LOWER))),
@@ -517,8 +513,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     "thermal_crossbow": row(
         "span_torsion | travel exponential, saturating; time_since_step exponential, saturating",
         "Heat on one face bows the belt across its width while it runs above: T (1 + share (1 - exp(-t/time))).",
-        idle_on=FLAT,
-        span_states=_STATES,
         share=size("1", 0.5, 20.0, positive=True),
         time=between(30.0, 0.08, 0.5, "duration", log=True),
         sections=lambda f, state, line, upper: Sections(torsion=1 + f.share * state * upper),
@@ -540,7 +534,6 @@ _TABLE: dict[str, dict[str, Any]] = {
     "repair_plate": row(
         "span_torsion | belt_phase periodic, threshold; wave periodic; travel periodic",
         "A plate welded on stiffens a stretch of the belt against twisting: T (1 + c) there.",
-        idle_on=FLAT,
         c=size("1", 5.0, 200.0, positive=True),
         **_PASSING,
         sections=lambda f, state, line, upper: Sections(torsion=_stretch(f, state, line, f.c)),
