@@ -1,7 +1,6 @@
 """What an effect may change of a model, hook by hook, and who calls the hooks: before, in and after an engine.
 
-Every engine runs this way -- drive, engine, sensor -- and the fit of a campaign traces the same functions. The effects
-themselves are in ``belt_sim.effects``, which the line model does not know.
+Every engine runs this way -- drive, engine, sensor -- and the fit of a campaign traces the same functions.
 """
 
 import traceback
@@ -27,11 +26,8 @@ LAW_NAMES = ("span", "run-up", "wrap", "drive", "sensor")
 
 
 class Hook(NamedTuple):
-    """Who calls a hook of an effect, a method of ``Hooks``, and what for.
-
-    called: before an engine, once in a march, at every step of one, in a 3D scene, or after an engine; laws: those of
-    which one is the effect's own.
-    """
+    """Who calls a method of ``Hooks``: before an engine, once in a march, at every step of one, in a 3D scene, or after
+    an engine; laws: those of which one is the effect's own."""
 
     called: str
     laws: tuple[str, ...]
@@ -176,10 +172,8 @@ def call_hook(effect: Hooks, hook: str, *arguments: Any) -> Any:
         remedy = _REMEDIES.get(kind) or str(error).splitlines()[0]
         raise wrong_file(Path(path), line_of(error, Path(path)), f"{hook}: {kind}: {remedy}") from error
     if answer is None:
-        line = function.__func__.__code__.co_firstlineno
-        raise wrong_file(
-            Path(path), line, f"{hook} returns nothing; end it with return and its first argument, changed"
-        )
+        line, remedy = function.__func__.__code__.co_firstlineno, "end it with return and its first argument, changed"
+        raise wrong_file(Path(path), line, f"{hook} returns nothing; {remedy}")
     return answer
 
 
@@ -208,11 +202,8 @@ def wrong_file(path: Path, line: int, what: str) -> InputError:
 
 @in_float64
 def as_indicated(engine: Callable[..., Curves], case: Case, effects: Sequence[Hooks], travel: float) -> Curves:
-    """Curves of ``engine(case as driven, travel=...)`` as encoder and sensors show them, up to ``travel`` [m].
-
-    The engine is run as far as the belt goes while the encoder counts that much; its records are spread over what the
-    encoder shows, so that without an encoder's error they are read where they are.
-    """
+    """Curves of ``engine(case as driven, travel=...)`` as encoder and sensors show them, up to ``travel`` [m]: it is
+    run as far as the belt goes while the encoder counts that much, its records spread over what the encoder shows."""
     driven, far = asked_of_engine(case, effects, travel)
     curves = engine(driven, travel=far)
     if not any(uses(effects, hook) for hook in AFTER_ENGINE):
@@ -231,8 +222,7 @@ def asked_of_engine(case: Case, effects: Sequence[Hooks], travel: float) -> tupl
 
 def as_driven(case: Case, effects: Sequence[Hooks]) -> Case:
     """The case with tension and yaw as they are, not as they were commanded (drive law), and turned when the encoder
-    shows the stated travel, not when the belt has gone so far.
-    """
+    shows the stated travel, not when the belt has gone so far."""
     for e in uses(effects, "settings"):
         case = replace(case, settings=call_hook(e, "settings", case.settings, case))
     if not uses(effects, "encoder"):
@@ -252,10 +242,8 @@ def true_travel(effects: Sequence[Hooks], case: Case, travel):
 
 @in_float64
 def indicate(curves: Curves, case: Case, effects: Sequence[Hooks], shown, time=None) -> Curves:
-    """True curves as read at encoder travels ``shown`` [m], shape (n,); they must reach far enough.
-
-    time [s], shape (n,): of the samples; by default that at which the belt's speed brings it there.
-    """
+    """True curves, which must reach far enough, as read at encoder travels ``shown`` [m], (n,); time [s], (n,): of the
+    samples, None = as the belt's speed brings it there."""
     shown = jnp.asarray(shown)
     true = true_travel(effects, case, shown)
     seen = apply_hook(effects, "sensor_travel", true, case)

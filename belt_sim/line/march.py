@@ -91,10 +91,8 @@ def refuse_short_waves(case: Case, effects, step: float) -> None:
     for e in effects:
         for name, (value, unit, length) in e.waves(case).items():
             if length < 2.0 * step:
-                remedy = (
-                    f"a wave of {length:.3g} m is shorter than two steps of {step:g} m; lengthen it or shorten step"
-                )
-                raise InputError(name, f"{value:g}", unit, remedy)
+                short = f"a wave of {length:.3g} m is shorter than two steps of {step:g} m"
+                raise InputError(name, f"{value:g}", unit, f"{short}; lengthen it or shorten step")
 
 
 def march_traced(case: Case, effects, travel, *, model: Composition, plan) -> Curves:
@@ -150,7 +148,6 @@ def march_open(
 
 
 def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> Curves:
-    """March in steps of ``spacing`` [m]."""
     records, stride, slots = plan
     spans = Spans.from_case(case, (*model.built_in, *effects), model)
     advance = _stepper(spans, spacing)
@@ -307,11 +304,8 @@ def _observe(carry, spans, start):
 
 
 def _by_place(rows, case: Case):
-    """Sort rows by place.
-
-    Rows (4, ...) of run-up tail, run-up head, run-off tail, run-off head become points 1-4; rows (2, ...) of the spans
-    up the tail and up the head pulley become upper and lower span. On reversed travel the spans change places.
-    """
+    """Rows (4, ...) of run-up tail, run-up head, run-off tail, run-off head as points 1-4; rows (2, ...) of the spans
+    up the tail and up the head pulley as upper and lower span. On reversed travel the spans change places."""
     ahead, back = POINT_ROWS if len(rows) == len(POINT_ROWS[0]) else SPAN_ROWS
     forward = case.settings.direction > 0
     return jnp.stack([jnp.where(forward, rows[a], rows[b]) for a, b in zip(ahead, back, strict=True)])

@@ -115,20 +115,15 @@ def sag_angle(case: Case):
     return case.weight_per_length * case.rig.span_length / (2.0 * case.tension_force)
 
 
-# Wrap law: a belt that sticks leaves a pulley where it landed, a wrapped arc later (physics sheet, section 2).
-#
-# y_o(s) = y_u(s - W), alpha_o(s) = alpha_u(s - W); before the start the belt lies straight.
-# The history is a ring of march steps; between two steps it is interpolated linearly, which is of second order.
+# Wrap law: a belt that sticks leaves a pulley where it landed, a wrapped arc later (physics sheet, section 2):
+# y_o(s) = y_u(s - W), alpha_o(s) = alpha_u(s - W). The history is a ring of march steps, interpolated linearly.
 
 
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class RunOff:
-    """State of the belt where it leaves the pulleys; shape (2,): tail, head pulley.
-
-    y [m]; alpha [rad]; moment with which it landed [N m]; turned: rotation on the pulley before it leaves [rad], which
-    alpha includes.
-    """
+    """State of the belt where it leaves the pulleys, (2,): y [m], alpha [rad], moment with which it landed [N m],
+    turned: rotation on the pulley before it leaves [rad], which alpha includes; tail, head pulley."""
 
     y: jnp.ndarray
     alpha: jnp.ndarray
@@ -138,11 +133,8 @@ class RunOff:
 
 def angle_at(schedule: Schedule, travel):
     """Return the yaw [rad] at a scalar ``travel`` [m]; a step includes its own travel."""
-    share = jnp.where(
-        schedule.over > 0,
-        jnp.clip((travel - schedule.at) / jnp.where(schedule.over > 0, schedule.over, 1.0), 0.0, 1.0),
-        (travel >= schedule.at).astype(float),
-    )
+    ramp = jnp.clip((travel - schedule.at) / jnp.where(schedule.over > 0, schedule.over, 1.0), 0.0, 1.0)
+    share = jnp.where(schedule.over > 0, ramp, (travel >= schedule.at).astype(float))
     return jnp.sum(schedule.change * share)
 
 
@@ -160,10 +152,8 @@ def mean_angle(schedule: Schedule, start, end):
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class Reading:
-    """Readings of one run.
-
-    travel [m] (n,): encoder travel of every sample; sensor_travel [m] (n,): belt travel that the lateral sensors show
-    then; time [s] (n,); y [m] (4, n) at points 1-4 and tilt [rad] (2, n) at mid-span, upper and lower, as indicated.
+    """Readings of one run: travel [m] (n,) of the encoder; sensor_travel [m] (n,): belt travel that the lateral sensors
+    show then; time [s] (n,); y [m] (4, n) at points 1-4, tilt [rad] (2, n) at mid-span, upper and lower, as indicated.
     """
 
     travel: jnp.ndarray

@@ -113,8 +113,8 @@ def ernst_beam(case: Case) -> Span:
 def response(span: Span) -> Response:
     """Condense a span onto its boundary values; exact up to rounding for any K L and g.
 
-    The transfer matrix of a short piece comes from its series and becomes a relation between the values at its ends.
-    Doubling that (static condensation) stays stable where the transfer matrix of the whole span would overflow.
+    The transfer matrix of a short piece, from its series, becomes a relation between the values at its ends, whose
+    doubling (static condensation) stays stable where the transfer matrix of the whole span would overflow.
     """
     numbers, roll, _ = dimensionless(span)
     (p, q), (r, s) = condense(numbers, 0.5)[-1]
@@ -147,11 +147,9 @@ def with_change(span, case: Case, kind: str, share):
 
 
 def response_by_change(span: Span, case: Case, kind: str) -> jax.Array:
-    """What a relative change of ``kind`` adds to the curvature at run-up and run-off and to the roll at mid-span,
-    (7, 3, 5): coefficients of powers 1 to 7 of ``log_of_change``, per unit of the boundary values of a span.
-
-    They have the slope at no change and go through what the changes CHANGES do.
-    """
+    """What a relative change of ``kind`` adds to the curvature at run-up and run-off and to the roll at mid-span, per
+    unit of the boundary values of a span, (7, 3, 5): coefficients of powers 1 to 7 of ``log_of_change``, with the slope
+    at no change and through what the changes CHANGES do."""
 
     def rows(logarithm):
         answer = response(with_change(span, case, kind, jnp.expm1(logarithm)))
@@ -286,12 +284,9 @@ class BoundaryValues:
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class SpanFields:
-    """Fields of a span at equally spaced x (n,) from run-off to run-up; rows (3, n): per unit angle at the run-up, per
-    unit angle at the run-off, per unit rolling couple at mid-span.
-
-    per_runup, per_runoff: curvature per unit of those angles [1/m]; per_couple: curvature per unit of that couple
-    [1/(N m2)]; place, slope, angle, roll, twist (3, n): y, y', theta, phi and phi' per unit of each.
-    """
+    """Fields of a span at equally spaced x (n,) from run-off to run-up, per unit angle at the run-up, at the run-off,
+    and rolling couple at mid-span: curvature [1/m], [1/(N m2)]; place, slope, angle, roll, twist (3, n): y, y', theta,
+    phi and phi' per unit of each."""
 
     x: jnp.ndarray
     per_runup: jnp.ndarray
@@ -336,10 +331,8 @@ class LoadResponse:
 @pytree
 @dataclass(frozen=True, kw_only=True)
 class Support(LoadResponse):
-    """Response of a span to one newton towards +y at one place.
-
-    place: y there less y at the run-off, per unit of the span's boundary values, shape (5,); give [m/N] at the place.
-    """
+    """Response of a span to one newton towards +y at one place; place: y there less y at the run-off, per unit of the
+    span's boundary values, (5,); give [m/N] at the place."""
 
     place: jnp.ndarray
     give: jnp.ndarray
@@ -377,10 +370,8 @@ def span_fields(span: Span) -> SpanFields:
 
 
 def natural_curvature_rows(fields: SpanFields, span: Span):
-    """Return what natural curvature at each place adds, per metre and per 1/m of it, shape (3, n).
-
-    Rows: elastic curvature at the run-up and the run-off [1/m], roll of mid-span [rad].
-    """
+    """Return what natural curvature at each place adds to the elastic curvature at run-up and run-off [1/m] and to the
+    roll of mid-span [rad], per metre and per 1/m of it, (3, n)."""
     return jnp.stack([-fields.per_runup, fields.per_runoff, span.bending * fields.per_couple])
 
 

@@ -45,11 +45,9 @@ ALL_HOOKS = frozenset({*BEFORE_ENGINE, *IN_MARCH, *AFTER_ENGINE})
 
 @dataclass(frozen=True, kw_only=True)
 class Composition:
-    """A named composition of laws; all share the run-up, wrap, drive and sensor laws.
-
-    span: span law, Case -> Span; hooks: hooks of effects that it applies; contains: ids of effects that are part of its
-    laws; built_in: effects that always act; moments: whether its spans carry bending moments.
-    """
+    """A named composition of laws, with its span law; all share the others. hooks: of effects that it applies;
+    contains: ids of effects that are part of its laws; built_in: effects that always act; moments: whether spans carry
+    them."""
 
     name: str
     title: str
@@ -75,18 +73,14 @@ class Composition:
     def admit(self, effects: Sequence[Hooks]) -> None:
         """Raise CannotRepresent for the first effect that this model cannot represent."""
         for effect in effects:
-            reason = self.refusal(effect)
-            if reason:
+            if reason := self.refusal(effect):
                 raise CannotRepresent(f"effects = {effect.id}: {reason}; leave it out or use model=beam_th2 or strip")
 
 
 @dataclass(frozen=True)
 class Spans:
-    """Both spans of one case while it is traced.
-
-    answer: responses, rows (2, 5), the span up the tail pulley first; benders: effects with the hook ``bend``; known:
-    the result of each one's ``influence``.
-    """
+    """Both spans of one case while it is traced; answer: responses, rows (2, 5), the span up the tail pulley first;
+    benders: effects with the hook ``bend``; known: the result of each one's ``influence``."""
 
     case: Case
     effects: tuple
@@ -217,11 +211,9 @@ def _at_runup(model: Composition) -> StoredProgram:
 
 @in_float64
 def runup_weights(case: Case, model: Composition) -> tuple[float, float]:
-    """Return w1 of y_u - y_o = L (w0 theta_o + w1 theta_u), w0 + w1 = 1, with kappa = 0 at the run-up [1].
-
-    For the span that runs up the tail pulley, and the one that runs up the head pulley. Rope 1, beam of first order
-    2/3, beam of second order Shelton's curvature factor, for both.
-    """
+    """Return w1 of y_u - y_o = L (w0 theta_o + w1 theta_u), w0 + w1 = 1, with kappa = 0 at the run-up [1], for the
+    spans up the tail and the head pulley: rope 1, beam of first order 2/3, of second order Shelton's curvature
+    factor."""
     span = model.span(case)
     if span.limp:
         return 1.0, 1.0
@@ -231,11 +223,8 @@ def runup_weights(case: Case, model: Composition) -> tuple[float, float]:
 
 
 def steady_rate(case: Case, model: Composition) -> float:
-    """Return the late drift w = dy/ds of all four points [m/m] for the last yaw of both schedules, without effects.
-
-    w = L (w1 - w0)(beta - beta_h) / (2 L + W_t + W_h), which is the sheet's formula for equal pulleys; w1 - w0 of one
-    span and of the other, should they be unlike, count half each.
-    """
+    """Return the late drift w = dy/ds of all four points [m/m] for the last yaw of both schedules, without effects:
+    w = L (w1 - w0)(beta - beta_h) / (2 L + W_t + W_h); w1 - w0 is the mean of both spans'."""
     return float(steady_traced(case, model, sum(runup_weights(case, model)) / 2.0))
 
 

@@ -87,7 +87,7 @@ def series_plot(
     whole = rrb.TimeRange(*(rrb.TimeRangeBoundary.absolute(seconds=s) for s in (0.0, end)))
     shown = rrb.PlotLegend(corner=rrb.Corner2D.RightTop, visible=bool(legend))
     axis = None if most is None else rrb.ScalarAxis(range=(-most, most))
-    axes = {"axis_x": rrb.TimeAxis(view_range=whole), "axis_y": axis}
+    axes: dict[str, Any] = {"axis_x": rrb.TimeAxis(view_range=whole), "axis_y": axis}
     return rrb.TimeSeriesView(origin=origin, name=name, plot_legend=shown, **axes)
 
 

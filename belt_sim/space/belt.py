@@ -1,7 +1,5 @@
-"""A case as arrays, of which the mechanics is written: read off the same scene that is compiled for MuJoCo.
-
-And the forces on the nodes beside the belt's own: edge guides, loads at a place or all along.
-"""
+"""A case as arrays, of which the mechanics is written: read off the same scene that is compiled for MuJoCo; and the
+forces on the nodes beside the belt's own: edge guides, loads at a place or all along."""
 
 import math
 from collections import namedtuple
@@ -225,11 +223,8 @@ def _ties(scene: SceneLayout) -> Ties:
 
 
 def guide_forces(belt: BeltArrays, nodes: Array, free: Array) -> tuple[Array, Array]:
-    """Force [N] and stiffness [N/m] along y of the rollers on the nodes, both (m, n).
-
-    They act on free stations within one chord of them, by a share that falls linearly with the distance, so that
-    stations come and go without a jolt. nodes [m], (m, 3, n); free (n,): which stations are.
-    """
+    """Force [N] and stiffness [N/m] along y of the rollers on the nodes, both (m, n): on free stations within one chord
+    of them, by a share that falls linearly with the distance, so that stations come and go without a jolt."""
     guides, shares = belt.guides, belt.stiffness / belt.stiffness.sum()
     assert guides is not None
     x, y, z = nodes.mean(axis=0)
@@ -242,12 +237,9 @@ def guide_forces(belt: BeltArrays, nodes: Array, free: Array) -> tuple[Array, Ar
 
 
 def load_forces(belt: BeltArrays, nodes: Array) -> Array:
-    """Forces [N], (m, 3, n), on ``nodes`` [m], (m, 3, n), a loop in the order of the belt.
-
-    Stations within one chord of a place take its load, by a share that falls linearly with the distance. The lines take
-    a push as they are stiff, a couple as forces along the belt that grow with y, a rolling couple as vertical forces on
-    the outer two.
-    """
+    """Forces [N] on ``nodes`` [m], both (m, 3, n): stations within one chord of a place take its load, by a share that
+    falls linearly with the distance. The lines take a push as they are stiff, a couple as forces along the belt that
+    grow with y, a rolling couple as vertical forces on the outer two."""
     loads, chord, line_y = belt.loads, belt.chord, belt.line_y
     assert loads is not None
     middle, line = nodes.mean(axis=0), belt.stiffness / belt.stiffness.sum()

@@ -21,11 +21,8 @@ from belt_sim.space.wrap import FIRST, HEAD, LAST, OUTWARDS, TAIL, BeltOnPulley,
 
 
 def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
-    """The belt laid round head and tail at rest, before its run-in: on plain cylinders so far, aligned, which are
-    turned back by what comes before travel 0, so that they have turned by 0 there.
-
-    Stations are anchored where their nodes are, at their mean height, then landed or released.
-    """
+    """The belt laid round head and tail at rest: on plain cylinders so far, aligned, turned back by what comes before
+    travel 0; stations are anchored where their nodes are, at their mean height, then landed or released."""
     mesh, ends = scene.mesh, []
     for laid in (scene.loop.on_head, scene.loop.on_tail):
         on = np.flatnonzero(laid)
@@ -36,9 +33,8 @@ def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
     layer = None if belt.fibres is None else np.zeros((2, 2, mesh.lines, 2))
     turned = -float(np.sign(float(scene.case.settings.direction))) * scene.early / belt.surfaces.radius
     centre = np.array([[0.0, 0.0, 0.0], [float(scene.case.rig.centre_distance), 0.0, 0.0]])
-    pulleys = BeltOnPulley(
-        wraps, belt.surfaces, PoseArrays(centre, np.stack([np.eye(3)] * 2), turned, np.zeros(2)), layer
-    )
+    pose = PoseArrays(centre, np.stack([np.eye(3)] * 2), turned, np.zeros(2))
+    pulleys = BeltOnPulley(wraps, belt.surfaces, pose, layer)
     return jax.tree.map(np.asarray, _anchor_laid(belt, pulleys, np.moveaxis(mesh.laid, 0, -1)))
 
 
@@ -56,10 +52,8 @@ def _anchor_laid(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array) -> BeltO
 def pose_of(
     belt: BeltArrays, command: Command, tail: Array, turned: Array | None = None, askew: Array | float = 1.0
 ) -> PoseArrays:
-    """Where the pulleys are, with the tail pulley at x [m] and spin [rad] ``tail``.
-
-    turned [rad], (2,): yaw by which they give way; askew [1]: share of the wobble.
-    """
+    """Where the pulleys are, the tail pulley at x [m] and spin [rad] ``tail``; turned [rad], (2,): yaw by which they
+    give way; askew [1]: share of the wobble."""
     rolled = belt.shape.sign * command.travel / belt.surfaces.radius
     yaw = command.yaw if turned is None else command.yaw + turned
     axes = jax.vmap(on_pulley.axes_of, in_axes=(0, 0, None, 0, None))(belt.surfaces, yaw, command.share, rolled, askew)
@@ -85,12 +79,9 @@ def finish_step(
     belt: BeltArrays, pulleys: BeltOnPulley, slips: tuple[Any, Any], before: tuple[PoseArrays, Array], nodes: Array,
     pull: Array, moved: Array, shaped: Array, command: Command, dt: Array,
 ) -> tuple[BeltOnPulley, Any, Any, Array, Array]:  # fmt: skip
-    """After a step in time of ``dt`` [s]: the pulleys, what slid, landed and left; slips; loads on the pulleys, of
-    ``belt_loads``; and what the instruments read, (20,).
-
-    slips: of the stations on them, and the pulley that waited, NEITHER if none did, None if nothing slips in a batch;
-    pull: of belt and weight; the others as of ``land_stations``.
-    """
+    """After a step in time of ``dt`` [s]: the pulleys, what slid, landed and left; slips; loads of ``belt_loads``; and
+    what the instruments read, (20,); slips: of the stations, and the pulley that waited (NEITHER), None if nothing
+    slips in a batch; pull: of belt and weight; the others as of ``land_stations``."""
     loads, (slip, waiting) = belt_loads(pulleys, nodes, pull), slips
     if belt.sliding_stiffness is not None:
         # when both belts slide as a whole they take turns, since each reckons with the other standing still
@@ -223,11 +214,8 @@ def factorise_chain(
     belt: BeltArrays, nodes: Array, taut: Array, places: ChainLayout, twist: Array, share: Array, more: Array | None
 ) -> tuple[list[Level], Array]:
     """The chain's stiffness at ``nodes`` [m], factorised, held stations as unit blocks; and the curvature of the cells'
-    energy of stretch [N/m], (6 m, 6 m, n).
-
-    taut [m], like nodes: places whose tension stiffens the belt across its direction; more [N/m], (3 m, n): what is
-    added on the diagonal.
-    """
+    energy of stretch [N/m], (6 m, 6 m, n); taut [m]: places whose tension stiffens the belt across its direction; more
+    [N/m], (3 m, n): what is added on the diagonal."""
     cell = stretch_energy(belt.ties, belt.shape.bonds, nodes, places.stations, share, taut=taut).curvature
     assert cell is not None
     whole = cell if len(nodes) == 1 else cell + twist_energy(nodes, twist, belt.twist.cubic).curvature
@@ -351,13 +339,11 @@ def end_offsets(
 def sway_drag(
     belt: BeltArrays, places: ChainLayout, y: Array, slopes: Array, landed: Array, speed: Array, damping: Array
 ) -> Array:
-    """What is added to the drag of a limp belt's slides across the travel, (m, n) [N], so that it acts on waves only.
+    """What is added to the drag of a limp belt's slides across the travel, (m, n) [N], so that it acts on waves only:
+    drag times the sideways speed of a straight span, which is linear between its ends: at the tangent point (theta its
+    direction) v (theta + slope), at the run-up the pulley's.
 
-    It is drag times the sideways speed of a straight span, which is linear between its ends: at the tangent point
-    (theta its direction) that is v (theta + slope), at the run-up it is the pulley's.
-
-    y [m], (m, n): of the chain; slopes: of ``end_offsets``; landed [m/s], (m, n): speed of the held stations; speed
-    [m/s] of the belt; damping [1/s].
+    y [m], landed [m/s], (m, n): of the chain, of its held stations; slopes: of ``end_offsets``; damping [1/s].
     """
     sign, n, forces = belt.shape.sign, y.shape[-1], jnp.zeros_like(y)
     for begins, ends in ((HEAD, TAIL), (TAIL, HEAD)):

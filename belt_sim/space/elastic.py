@@ -1,5 +1,5 @@
-"""Elastic energy of the belt between two neighbouring stations: membrane or bonds, and the couple of torsion; and how
-stiffly the stations on a pulley are tied.
+"""Elastic energy of the belt between two neighbouring stations: membrane or bonds, and the couple of torsion; how
+stiffly the stations on a pulley are tied; and the solve of a chain of them.
 
 A cell is stations i and i + 1; between two lines it is a quadrilateral a, b (station i, lines j, j + 1), c, d, whose
 energy is a function of its six squared distances: of MuJoCo's flex triangles, or of springs.
@@ -229,7 +229,7 @@ _LANES = 128
 
 class Level(NamedTuple):
     """One level of a factorised chain: of the k rows a lane that it eliminates, inverse (b, b, k, lanes) of the
-    diagonal block, and that times the block on the row before and after, of the same shape."""
+    diagonal block, and that times the block on the row before and after."""
 
     inverse: Array
     before: Array
@@ -237,7 +237,7 @@ class Level(NamedTuple):
 
 
 def block_product(one: Array, other: Array) -> Array:
-    """Products of blocks (a, b, ...) and (b, c, ...), shape (a, c, ...)."""
+    """Products of blocks (a, b, ...) and (b, c, ...)."""
     found = one[:, 0, None] * other[None, 0]
     for k in range(1, one.shape[1]):  # written out, it is faster than a sum over an axis
         found = found + one[:, k, None] * other[None, k]
@@ -245,10 +245,8 @@ def block_product(one: Array, other: Array) -> Array:
 
 
 def block_inverse(block: Array) -> Array:
-    """Inverses of symmetric positive definite blocks (b, b, ...), halved down to single numbers.
-
-    Elimination, not cofactors, which would lose what is soft beside a stiff link.
-    """
+    """Inverses of symmetric positive definite blocks (b, b, ...), halved down to single numbers: by elimination, not
+    cofactors, which would lose what is soft beside a stiff link."""
     size = block.shape[0]
     if size == 1:
         return 1.0 / block
@@ -264,10 +262,8 @@ def block_inverse(block: Array) -> Array:
 
 
 def sweep_inverse(block: Array) -> Array:
-    """Inverses of positive definite blocks (b, b, k, lanes), by sweeping one row after another.
-
-    Five times slower than ``block_inverse``, and as exact where entries of a block differ by many powers of ten.
-    """
+    """Inverses of positive definite blocks (b, b, k, lanes), by sweeping one row after another: five times slower than
+    ``block_inverse``, and exact where entries of a block differ by many powers of ten."""
     for i in range(block.shape[0]):
         here = (np.arange(block.shape[0]) == i)[:, None]
         cross, corner = (v[..., None, None] for v in (here | here.T, here & here.T))
@@ -316,11 +312,8 @@ def factorise(diagonal: Array, beside: Array, inverse: Callable[[Array], Array] 
         inner, right, left = inverse(diagonal[..., 0::2, :]), beside[..., 0::2, :], _shift(beside[..., 1::2, :], 1)
         after, before = block_product(inner, right), block_product(inner, left.swapaxes(0, 1))
         levels.append(Level(inner, before, after))
-        diagonal = (
-            diagonal[..., 1::2, :]
-            - block_product(right.swapaxes(0, 1), after)
-            - _shift(block_product(left, before), -1)
-        )
+        diagonal = diagonal[..., 1::2, :] - block_product(right.swapaxes(0, 1), after)
+        diagonal = diagonal - _shift(block_product(left, before), -1)
         beside = -_shift(block_product(left, after), -1)
     inner = inverse(diagonal)
     return [*levels, Level(inner, jnp.zeros_like(inner), jnp.zeros_like(inner))]

@@ -1,4 +1,4 @@
-"""Every assumption about MuJoCo 4.0 in one place, each with its own test in tests/space/test_mujoco_interface.py.
+"""Every assumption about MuJoCo 4.0, each with its own test in tests/space/test_mujoco_interface.py.
 
 The discrete integrator treats joint springs implicitly: 1e13 N/m may hold a landed node. A step is one linear problem,
 which MuJoCo factorises only when the model has an equality, a dummy one; its preliminary iterative solve is not needed.
@@ -100,10 +100,7 @@ class Solver:
         self, motion: Motion, rest: np.ndarray, stiffness: np.ndarray, forces: np.ndarray, joint_forces: np.ndarray
     ) -> None:
         """Move ``motion`` on by a step; rest [m], stiffness [N/m] of springs on the nodes' slides and forces [N] on the
-        nodes, shape (n, m, 3), joint_forces [N or N m], (p,).
-
-        Raises SimulationError when the motion grows without bound.
-        """
+        nodes, (n, m, 3), joint_forces [N or N m], (p,). Raises SimulationError when it grows without bound."""
         model, data, base = self.model, self.data, self.base
         data.qpos[:base], data.qpos[base:] = motion.joints, motion.slides.ravel()
         data.qvel[:base], data.qvel[base:] = motion.joint_rates, motion.slide_rates.ravel()
@@ -159,11 +156,8 @@ _PARTS = {
 
 
 def mjcf(spec: mujoco.MjSpec, comment: str = HELD_COMMENT) -> str:
-    """A compiled specification as MJCF that loads as the model before its run, to the last digit.
-
-    MuJoCo writes six digits: at 10 m from the origin that is 5 um, a strain of 2e-4 between stations 25 mm apart, as
-    much as the belt's own. So the numbers that the belt is made of are written again in full.
-    """
+    """A compiled specification as MJCF that loads as the model before its run: MuJoCo writes six digits, at 10 m from
+    the origin 5 um, a strain of 2e-4 between stations 25 mm apart, so the belt's numbers are written again in full."""
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", message=_TIED_TO_NOTHING)
         tree = ET.fromstring(spec.to_xml())

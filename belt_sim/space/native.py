@@ -131,9 +131,8 @@ def between_steps(
 ) -> tuple[Array, Array, StepInput]:  # fmt: skip
     """From one step of MuJoCo to the next: what is carried on, what the instruments read, the next step's input.
 
-    fixed, carried, instants (2, k), of the step that has been made and of the next: each tree as one vector, of which
-    ``unpack`` makes it again, for a call of JAX costs by the number of its arguments; joints, (2, 5): and rates;
-    slides [m] of the nodes and the belt's pull [N] on them, (n, m, 3).
+    fixed, carried, instants (2, k) of both steps: each tree as one vector, of which ``unpack`` makes it again, for a
+    call of JAX costs by the number of its arguments; slides [m] of the nodes and pull [N] on them, (n, m, 3).
     """
     still, was, (now, following) = unpack[0](fixed), unpack[1](carried), map(unpack[2], instants)
     nodes = jnp.moveaxis(still.rest + slides, 0, -1)
@@ -156,9 +155,9 @@ NATIVE_EXTRA |= {"steps": 24, "belt_speed": run.SPEED}
 
 @dataclass
 class NativeState(Motion):
-    """The belt and the machine at the end of a step. instant: its end; carried: ``Carried`` for the coming step, of
-    whose vector ``unpack`` makes it; given: what that starts from; readings (24,): of ``finish_step``, then slip and
-    share of sliding nodes of both pulleys; acting: share and drag that MuJoCo's model has."""
+    """The belt and the machine at the end of a step; carried: ``Carried`` for the coming step, as a vector; given: what
+    that starts from; readings (24,): of ``finish_step``, then slip and share of sliding nodes of both pulleys; acting:
+    share and drag that MuJoCo's model has."""
 
     unpack: Callable[[Array], Carried]
     instant: np.ndarray

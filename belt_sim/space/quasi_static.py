@@ -43,10 +43,8 @@ def newton_step(
     tail: tuple[wrap.WrapArrays, wrap.PoseArrays], moment: Array,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
     """Moves of the free nodes (3 m, n) [m] and of the tail pulley (2,) [m, rad] towards equilibrium, and the belt's
-    pull on the tail pulley's slide [N].
-
-    Static condensation: the free nodes are solved for their own forces and for those of a unit of slide and of spin,
-    and two equations are left for the tail pulley.
+    pull on the tail pulley's slide [N]. By static condensation the free nodes are solved for their own forces and for
+    those of a unit of slide and of spin, and two equations are left for the tail pulley.
 
     levels: the factorised chain; cell [N/m], (6 m, 6 m, n): stiffness of the cells' stretch; on_nodes [N], (3 m, n);
     at_ends [N], (2, 3 m): of ``chain_forces``; tail: its wrap and pose; moment [N m]: of the belt's weight on it.
@@ -81,11 +79,9 @@ def newton_step(
 
 
 def compliance_step(belt: BeltArrays, before: Array, turned: Array, moment: Array, moved: Array) -> Array:
-    """Yaw by compliance [rad], (2,), after a step of ``moved`` [m] which began with ``before``.
-
-    moment [N m]: on pulleys that have given way by ``turned`` so far. Implicit: with what both spans take from it when
-    a pulley turns, taken rather too large.
-    """
+    """Yaw by compliance [rad], (2,), after a step of ``moved`` [m] which began with ``before``; moment [N m]: on
+    pulleys that have given way by ``turned`` so far. Implicit, with what both spans take from it, taken rather too
+    large."""
     compliance = belt.surfaces.yaw_compliance
     slowly = jnp.where(moved > 0.0, belt.run_speed * COMPLIANCE_TIME / jnp.where(moved > 0.0, moved, 1.0), 0.0)
     lacking = compliance * moment - turned - slowly * (turned - before)
@@ -104,11 +100,7 @@ def find_equilibrium(
 ) -> tuple[Array, Array, Array, Array, Array | None]:  # fmt: skip
     """Newton iterations from where the step has led the pulleys and the chain, ``nodes`` [m], (m, 3, n), to nodes; x
     [m] and spin [rad] of the tail pulley; tension [N]; by how much the last one moved a node at most [m]; and the yaw
-    [rad], (2,), by which the pulleys give way, or None.
-
-    The tension that stiffens the belt across its direction is that of its last equilibrium. aside [m]: by how much held
-    stations stand aside of their anchors.
-    """
+    [rad], (2,), by which the pulleys give way. aside [m]: by how much held stations stand aside of their anchors."""
     taut, moved = state.nodes[..., places.stations], command.travel - state.travel
     weight = belt.mass[:, None] * belt.gravity
 
@@ -148,11 +140,9 @@ def find_equilibrium(
 
 
 def predict(belt: BeltArrays, nodes: Array, held: Array, places: chain.ChainLayout, chords: Array) -> Array:
-    """The chain led on by so many chords: free stations go along their links, held ones where the pulleys take them.
-
-    What a span's ends are taken further than along their links is shared out along the span, linearly, and unless it
-    is limp, as a beam bends when they turn in its plane: a link that took it all would be slack or twice as tight.
-    """
+    """The chain led on by so many chords: free stations go along their links, held ones where the pulleys take them. A
+    span's ends are taken further, which is shared out along the span, linearly, and unless it is limp, as a beam bends
+    when they turn in its plane: a link that took it all would be slack or twice as tight."""
     at, link = jnp.arange(nodes.shape[-1]), jnp.roll(nodes, -1, axis=-1) - nodes
     shape, line_y = belt.shape, belt.line_y
     along = nodes + chords * (link if shape.sign > 0 else jnp.roll(link, 1, axis=-1) * -1.0)
@@ -226,8 +216,8 @@ FRICTION_TOLERANCE = 0.01  # of the largest limit: what friction may contradict 
 
 
 class TravelCase(NamedTuple):
-    """A case ready to be traced: its arrays, its state laid; commands, recorded: of ``plan_in_travel``; stations: of
-    the mesh; cases of one kind can be run at once."""
+    """A case ready to be traced, its belt laid; commands, recorded: of ``plan_in_travel``; those of one kind can be run
+    at once."""
 
     case: Case
     belt: BeltArrays
@@ -302,9 +292,8 @@ def run_travel_cases(
 
 
 def run_case(belt: BeltArrays, state: TravelState, commands: run.Command) -> Array:
-    """Rows of mean readings of one case, shape (rows, 20): readings, x of the tail pulley [m], travel
-    [m], and by how much a node was corrected at most [m]; with friction FRICTION_COLUMNS too, the last of which is the
-    largest. commands: arrays of shape (rows, steps, ...)."""
+    """Rows of mean readings of one case, (rows, 20): of ``reading``, travel [m], and by how much a node was corrected
+    at most [m]; with friction FRICTION_COLUMNS too, the last at its largest; commands: (rows, steps, ...)."""
 
     def one(state: TravelState, command: run.Command) -> tuple[TravelState, Array]:
         state = travel_step(belt, state, command)

@@ -1,7 +1,5 @@
-"""What is seen of a scene in MuJoCo's own viewer: light, floor, materials, cameras, and the belt at its real width.
-
-The nodes of a belt stand nearer together than its edges (mesh.py), so a skin is drawn that their line cuts at +-b/2.
-"""
+"""What is seen of a scene in MuJoCo's own viewer: light, floor, materials, cameras, and the belt at its real width,
+as a skin that the line of its nodes, which stand nearer together than the edges, cuts at +-b/2."""
 
 import math
 import time
@@ -17,7 +15,6 @@ _STRIPE = 0.25  # [m] of belt of one colour
 _SPOKES, _SPOKE = 4, (0.012, 0.0015)  # stripes on a pulley: half width [m], how far they stand out [m]
 _DRAWN_BELOW = 4e-3  # [m] of a pulley's drawn surface under the one that the belt meets: no flicker
 _NO_DAMPING = 1e-12  # [s]: MuJoCo warns of a flex that nothing holds, and counts no elastic2d
-_STEEL, _DARK, _AMBER = [0.62, 0.68, 0.75, 1.0], [0.23, 0.27, 0.33, 1.0], [0.95, 0.62, 0.15, 1.0]
 
 
 def furnish(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
@@ -50,13 +47,9 @@ def furnish(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
         checker.rgb1, checker.rgb2, checker.width, checker.height = one, other, size, size
         if name == "floor":
             checker.mark, checker.markrgb = mujoco.mjtMark.mjMARK_EDGE, [0.40, 0.43, 0.46]
-    for name, rgba in {
-        "floor": [1.0] * 4,
-        "belt": [1.0] * 4,
-        "pulley": _DARK,
-        "stripe": _AMBER,
-        "axle": _STEEL,
-    }.items():
+    white, dark = [1.0] * 4, [0.23, 0.27, 0.33, 1.0]
+    colours = {"floor": white, "belt": white, "pulley": dark, "stripe": [0.95, 0.62, 0.15, 1.0]}
+    for name, rgba in (colours | {"axle": [0.62, 0.68, 0.75, 1.0]}).items():
         made = spec.add_material(name=name, rgba=rgba, specular=0.3, shininess=0.4)
         if name in ("floor", "belt"):
             textures = list(made.textures)
@@ -78,11 +71,8 @@ def _dress_machine(spec: mujoco.MjSpec, radii: dict[str, float], length: float, 
     cylinder, box, across = mujoco.mjtGeom.mjGEOM_CYLINDER, mujoco.mjtGeom.mjGEOM_BOX, [math.sqrt(0.5)] * 2 + [0.0] * 2
     plain = {"contype": 0, "conaffinity": 0, "mass": 0.0, "group": 1}
     for name, radius in radii.items():
-        pulley, half, drawn = (
-            spec.body(f"{name}-pulley"),
-            float(spec.geom(f"{name}-shell").size[1]),
-            radius - _DRAWN_BELOW,
-        )
+        pulley, drawn = spec.body(f"{name}-pulley"), radius - _DRAWN_BELOW
+        half = float(spec.geom(f"{name}-shell").size[1])
         spec.delete(spec.geom(f"{name}-mark"))
         for end in ("top", "bottom"):
             spec.site(f"{name}-{end}").group = 4
@@ -120,8 +110,7 @@ def _dress_machine(spec: mujoco.MjSpec, radii: dict[str, float], length: float, 
 
 
 def _add_skin(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
-    """The belt between its real edges, each a straight continuation of the line through the outer nodes; vertices and
-    faces stand there twice, for a face is seen from one side only."""
+    """The belt between its real edges; vertices and faces stand there twice, for a face is seen from one side only."""
     mesh = scene.mesh
     beyond = 0.25 * float(scene.case.belt.width) / float(mesh.line_y[0]) - 0.5  # of the nodes' distance
     n, last = mesh.stations, mesh.lines - 1
@@ -186,9 +175,8 @@ class DrawnBelt:
     def draw(self, picture: mujoco.MjvScene, times: float = 1.0) -> None:
         """Add the belt to a picture; times: of its lateral movement; more than 1 is drawn as a ghost."""
         share = np.abs(self.value)[:, None] / self.most
-        colours = _BLUE_RED[1] + share * (
-            np.where(self.value[:, None] > 0.0, _BLUE_RED[2], _BLUE_RED[0]) - _BLUE_RED[1]
-        )
+        full = np.where(self.value[:, None] > 0.0, _BLUE_RED[2], _BLUE_RED[0])
+        colours = _BLUE_RED[1] + share * (full - _BLUE_RED[1])
         colours *= np.where(np.arange(len(share)) // _BAND % 2, 1.0, 0.85)[:, None]
         ghost = times > 1.0
         rgba = np.hstack([colours, np.full((len(share), 1), _GHOST if ghost else 1.0)]).astype(np.float32)
