@@ -27,6 +27,7 @@ from belt_sim.campaign.quality import (
     check_travel,
     counted_from_yaw,
     leave_out_bad_readings,
+    off_the_pulleys,
     pairs_at,
     records_of,
 )
@@ -183,8 +184,7 @@ def _odd_repeats(
 
 def _curves_of(run: Run, of_run: dict[str, dict[str, Record]], names: list[str], s: np.ndarray) -> np.ndarray:
     """Return readings of a run over travels s (n,) [m], (signals, n), turned to the side of a positive yaw."""
-    records = [of_run[run.name][n] for n in names]
-    return np.array([np.interp(s, r.travel, r.readings) for r in records]) * np.sign(run.yaw or 1.0)
+    return np.array([of_run[run.name][n].at(s) for n in names]) * np.sign(run.yaw or 1.0)
 
 
 def _likely_cause(
@@ -244,8 +244,7 @@ def check_leads(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
             if scale == 0.0 or abs(run.yaw_head) > 0.2 * abs(run.yaw) or end < LEAD_SPANS * span or run.runs_already:
                 continue
             s = np.linspace(span, end, _GRID)
-            y_tail, y_head = (np.interp(s, r.travel, r.readings) for r in (tail, head))
-            lead, drift = float(np.mean(y_tail - y_head)), float(np.mean(y_tail + y_head))
+            lead, drift = float(np.mean(tail.at(s) - head.at(s))), float(np.mean(tail.at(s) + head.at(s)))
             if max(abs(lead), abs(scale) * LOW) >= CLEAR_SIGMAS * math.hypot(tail.drift_error, head.drift_error):
                 leads.append(Lead(tail, head, run.yaw, lead / scale, drift / scale))
         for suspicion in _judge(leads, span) if leads else ():
@@ -311,7 +310,7 @@ def _turned_column(leads: list[Lead], span: float) -> list[Suspicion]:
     for lead in leads:
         end = min(lead.tail.travel[-1], lead.head.travel[-1])
         s = np.linspace((1.0 - LATE) * end, end, _GRID)
-        pair = [np.polyfit(s, np.interp(s, r.travel, r.readings), 1)[0] for r in (lead.tail, lead.head)]
+        pair = [np.polyfit(s, r.at(s), 1)[0] for r in (lead.tail, lead.head)]
         clear = CLEAR_SIGMAS * max(lead.tail.drift_error, lead.head.drift_error) / (LATE * end)
         if end >= SETTLED_SPANS * span and min(map(abs, pair)) >= clear:
             slopes.append([float(slope) / lead.yaw for slope in pair])
@@ -336,7 +335,7 @@ def check_wraps(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
         misfits = []  # of the run-off as the second of the pair, and as the first
         for up, off in (pair, pair[::-1]):
             s = off.travel[(off.travel >= arc) & (off.travel <= up.travel[-1])]
-            rest = np.interp(s, off.travel, off.readings) - np.interp(s - arc, up.travel, up.readings)
+            rest = off.at(s) - up.at(s - arc)
             noise = up.sheet.white**2 + off.sheet.white**2 + up.sheet.wander_sd**2 + off.sheet.wander_sd**2
             misfits.append(float(np.var(rest)) + 0.5 * noise if len(s) >= 3 else 0.0)
         way = int(pair[0].run.direction)
@@ -360,7 +359,7 @@ def check_places(campaign: Campaign, records: list[Record]) -> list[Suspicion]:
         (first, second), apart, alike = (r.sheet.at for r in pairs[0]), [], []
         for a, b in pairs:  # by the scatter of their difference, which ignores errors of zero
             s = a.travel[(a.travel >= b.travel[0]) & (a.travel <= b.travel[-1])]
-            difference = float(np.std(np.interp(s, a.travel, a.readings) - np.interp(s, b.travel, b.readings)))
+            difference = float(np.std(a.at(s) - b.at(s)))
             errors = (x for r in (a, b) for x in (r.measured_noise, r.sheet.white, r.sheet.wander_sd))
             noise = math.hypot(*errors, *(r.sheet.gain * float(np.std(r.readings)) for r in (a, b)))
             apart.append(difference / noise)
@@ -392,7 +391,7 @@ def check_signs(records: list[Record]) -> list[Suspicion]:
         if len(own) < 3:
             continue
         s = np.linspace(0.0, min(r.travel[-1] for r in own), _GRID)
-        curves = np.array([np.interp(s, r.travel, r.readings) / r.run.yaw for r in own])
+        curves = np.array([r.at(s) / r.run.yaw for r in own])
         size = np.maximum(np.linalg.norm(curves, axis=1), 1e-300)
         cosine = (curves / size[:, None]) @ (curves / size[:, None]).T
         tension, direction, side = np.array([(r.run.tension, r.run.direction, np.sign(r.run.yaw)) for r in own]).T
@@ -496,17 +495,13 @@ def suspicions(campaign: Campaign) -> tuple[Suspicion, ...]:
         if not any(k.run in (None, turned.run) and (not k.signals or {*turned.signals} <= {*k.signals}) for k in known):
             found.append(turned)
     found += [*check_wraps(campaign, sound), *check_places(campaign, sound)]
-    # the largest place y0 off the middle of the pulleys that no belt has that lies on them
     width = campaign.belt.width.value
-    far = [(run.y0, run.name) for run in campaign.runs if run.y0 is not None and abs(run.y0) > 0.5 * width]
-    if far:
-        y0, name = max(far, key=lambda place: abs(place[0]))
-        sentence = (
-            f"the belt stands y0 = {y0 / MM:.4g} mm off the middle of the pulleys, which is {abs(y0) / width:.3g}"
-        )
-        sentence += " times its width: y0_mm in runs.csv counts from there"
+    if far := off_the_pulleys(campaign.runs, width):
+        share = abs(far[0].y0 or 0.0) / width
+        sentence = f"the belt stands y0 = {(far[0].y0 or 0.0) / MM:.4g} mm off the middle of the pulleys, which is"
+        sentence += f" {share:.3g} times its width: y0_mm in runs.csv counts from there"
         sentence += f" (so in {len(far)} of {len(campaign.runs)} runs)" if len(far) > 1 else ""
-        found.append(Suspicion(name, (), "shifted", sentence, "stop" if abs(y0) > width else "look"))
+        found.append(Suspicion(far[0].name, (), "shifted", sentence, "stop" if share > 1.0 else "look"))
     if not any(s.severity == "stop" for s in found):
         found += check_guide(campaign, sound)
     return tuple(sorted(found, key=lambda s: s.severity != "stop"))

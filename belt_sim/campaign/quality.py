@@ -6,6 +6,7 @@ The checks find sensors that clip, stick or drop out, slipped units and shifted 
 
 import math
 from collections import defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -111,6 +112,10 @@ class Record:
     @property
     def measured_noise(self) -> float:
         return scatter(self.readings)
+
+    def at(self, travel: np.ndarray) -> np.ndarray:
+        """Readings at travels (m,), by straight lines between those that were taken."""
+        return np.interp(travel, self.travel, self.readings)
 
     @property
     def rms(self) -> float:
@@ -421,3 +426,8 @@ def check_starts(
             sentence += "the zero of every run is what is left when belt and effects are fitted"
             found.append(Suspicion(None, (sheet.name,), "zero", sentence, "look"))
     return found
+
+
+def off_the_pulleys(runs: Iterable[Run], width: float) -> list[Run]:
+    """Return the runs of a belt of this width [m] that stood further off the middle than half of it, farthest first."""
+    return sorted((run for run in runs if abs(run.y0 or 0.0) > 0.5 * width), key=lambda run: -abs(run.y0 or 0.0))

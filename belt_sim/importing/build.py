@@ -8,6 +8,7 @@ import numpy as np
 import yaml
 
 from belt_sim.campaign import Campaign, CampaignError, write_campaign
+from belt_sim.campaign.quality import off_the_pulleys
 from belt_sim.campaign.types import BeltSheet, Machine, Source, kind_at, shortlist
 from belt_sim.case import Rig
 from belt_sim.errors import InputError
@@ -23,7 +24,7 @@ from belt_sim.importing.columns import (
 from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, MappingEntry, Question, ask, mapping_of
 from belt_sim.importing.runs import RANGES, TIME_COLUMN, AssembledRun, FoundRuns, Section, find_runs, runs_on_one_grid
 from belt_sim.importing.sheets import NoiseRead, flow_text, machine_belt_and_settings, sheet_text, signals_of
-from belt_sim.units import N_PER_MM2, NAMES, UNITS
+from belt_sim.units import MM, N_PER_MM2, NAMES, UNITS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,18 +79,16 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
             remedy += "; a workbook keeps those of its formulas only if it was saved with them"
         raise InputError("files", "no signal", "", remedy)
     notes = [n for t in tables for n in t.notes]
-    changed = [c for c in used if c.stated_unit and c.unit and c.entry.unit]
-    changed = [c for c in changed if UNITS.get(c.stated_unit) != UNITS[c.unit]]
-    said = (f"the file says {c.stated_unit}, the mapping {c.unit}; the mapping is taken" for c in changed)
-    notes += dict.fromkeys(Note(c.name, text) for c, text in zip(changed, said, strict=True))
+    for c in (c for c in used if c.stated_unit and c.unit and c.entry.unit):
+        if UNITS.get(c.stated_unit) != UNITS[c.unit]:
+            text = f"the file says {c.stated_unit}, the mapping {c.unit}; the mapping is taken"
+            notes += {Note(c.name, text)} - {*notes}
     notes += [Note(m.key, n) for m in made for n in m.notes]
     middles = {c.signal: c.middle for c in used if c.middle is not None}
     runs, more, step = runs_on_one_grid([] if asked else made, entry, middles)
-    worst = max(runs, key=lambda r: abs(r.y0 or 0.0), default=None)
-    if worst and abs(worst.y0 or 0.0) > 0.5 * width and str(entry.trust.get("y0", "")).lower() not in TRUSTED:
-        what = (
-            f"y0 {1e3 * (worst.y0 or 0.0):.4g} mm in run {worst.name}, more than half the belt's width off the middle"
-        )
+    far = [] if entry.is_trusted("y0") else off_the_pulleys(runs, width)
+    for run in far[:1]:
+        what = f"y0 {(run.y0 or 0.0) / MM:.4g} mm in run {run.name}, more than half the belt's width off the middle"
         missing.append(ask("trust", role="y0", what=f"{what} of the pulleys", it="y0, or middle,"))
     signals, noise, of_signals = signals_of(runs, used, machine.centre_distance.value if machine else 10.0)
     campaign = None
@@ -121,8 +120,6 @@ REVOLUTIONS, PART_OF_SPAN = 50.0, 0.02
 #: Spans that a yawed belt must have run to be judged by its movement, and the share of yaw times travel that it moves
 #: at least; share by which a tension may move within a run.
 SPANS, STILL_TENSION, RAMP = 2.0, 2e-3, 0.04
-#: Answers under trust that take an unlikely number as it is.
-TRUSTED = ("yes", "true")
 LIKELY_SETTINGS = {"tension": (3e5, 8e8), "speed": (2e-3, 15.0), "yaw": (-0.035, 0.035), "yaw_head": (-0.035, 0.035)}
 
 
@@ -138,7 +135,7 @@ def doubts(
     found: dict[tuple[str, ...], Question] = {}
 
     def doubt(role: str, names: tuple[str, ...], what: str) -> None:
-        if str(entry.trust.get(role, "")).lower() in TRUSTED:
+        if entry.is_trusted(role):
             return
         open_units = [c for c in columns if (c.role in names or c.signal in names) and not c.entry.unit and not c.stamp]
         question = ask("trust", role=role, what=what, it="the number")

@@ -181,6 +181,10 @@ class MappingEntry(Entry):
     start: Literal["yaw", "as_logged"] = "yaw"
     spikes: Literal["leave_out", "keep"] = "leave_out"
 
+    def is_trusted(self, role: str) -> bool:
+        """Whether an unlikely number of this role is taken as it is."""
+        return str(self.trust.get(role, "")).lower() in ("yes", "true")
+
 
 def mapping_of(stated: Any) -> MappingEntry:
     """The mapping from plain data, a YAML file, or None; raises CampaignError naming line, key and remedy."""
