@@ -107,17 +107,14 @@ def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
 
     tables: dict[tuple[str, ...], list[str]] = {}  # row of a column -> tables that have it alike
     spans: dict[tuple[str, ...], str] = {}  # its first and last number
-    marked: list[int] = []
     for use in proposal.columns:
         became = f"{use.signal} at {use.at}" if use.signal and use.at else use.role
         row = (use.name, became, use.unit, use.why)
-        if row not in tables and use.role != "ignore" and not use.sure:
-            marked.append(len(tables))
         tables.setdefault(row, []).append(use.table)
         spans.setdefault(row, span_of(use) if use.role != "ignore" and not use.is_text else "")
     rows = [(several(names), *row[:2], spans[row], row[3]) for row, names in tables.items()]
     columns = ("table", "column", "is", "first to last", "because of")
-    out.print(rich_table(Table(title="Columns", columns=columns, rows=rows, left=columns, marked=marked)))
+    out.print(rich_table(Table(title="Columns", columns=columns, rows=rows, left=columns)))
     if proposal.campaign is not None:
         out.print(rich_table(imported_runs_table(proposal.campaign)))
         if proposal.noise:

@@ -174,7 +174,7 @@ def _columns(now: Import, update: Any) -> None:
         for head in ("column", "is", "unit", "measured at", "sign", "because of"):
             soft(head)
         for name, use in uses.items():
-            ui.label(name).classes("" if use.sure or use.role == "ignore" else "guess")
+            ui.label(name)
             answer_field(now, ("columns", name, "role"), use.role, {r: r for r in ROLES})
             answer_field(now, ("columns", name, "unit"), use.unit, example="mm")
             answer_field(now, ("columns", name, "at"), use.at, WHERE)

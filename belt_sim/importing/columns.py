@@ -79,10 +79,9 @@ class Column:
     name, values: its header; numbers (n,), nan where blank, or texts (object dtype). stamp: whether they were dates or
     times of day, zone: theirs; asked: key of ``format`` that settles which of the readings (answer -> values) holds, ""
     where there is one; first_cell: as it stands in the file; open_use: columns of one role of which nobody knows which
-    is meant; stated_unit: what the file states as the unit, known or not; is_certain: whether the file itself says what
-    it is; is_lost: whether it has texts where its name and unit tell of numbers; proposed_by: where the proposal comes
-    from. role, unit, at: as proposed ("": not known), after ``resolve_columns`` as used; factor: to SI, sign included;
-    signal: its name in the campaign.
+    is meant; stated_unit: what the file states as the unit, known or not; is_lost: whether it has texts where its name
+    and unit tell of numbers; proposed_by: where the proposal comes from. role, unit, at: as proposed ("": not known),
+    after ``resolve_columns`` as used; factor: to SI, sign included; signal: its name in the campaign.
     """
 
     name: str
@@ -94,7 +93,6 @@ class Column:
     first_cell: str = ""
     open_use: tuple[str, ...] = ()
     stated_unit: str = ""
-    is_certain: bool = False
     is_lost: bool = False
     proposed_by: str = ""
     role: str = ""
@@ -115,16 +113,9 @@ class Column:
         return np.empty(0) if self.is_text else self.values[np.isfinite(self.values)]
 
     @property
-    def sure(self) -> bool:
-        """Whether the mapping or the file itself says what it is."""
-        return self.is_certain or bool(self.entry.role or self.entry.unit or self.entry.at)
-
-    @property
     def why(self) -> str:
         """Where role and unit come from, in words."""
-        if self.entry.role or self.entry.unit or self.entry.at:
-            return "the mapping"
-        return self.proposed_by + ("" if self.is_certain else " (a guess)")
+        return "the mapping" if self.entry.role or self.entry.unit or self.entry.at else self.proposed_by
 
     def si(self) -> np.ndarray:
         """Numbers [SI]; of a force [N]; of an axis of a digitised picture, the value at each pixel."""
@@ -333,23 +324,21 @@ def _propose(column: Column, header: str) -> Column:
         signs = {"": np.nan} | dict.fromkeys(said["forward"], 1.0) | dict.fromkeys(said["reverse"], -1.0)
         if role == "direction" and any(words) and signs.keys() >= {*words}:
             values, why = np.array([signs[w] for w in words]), "its name and words"
-            return replace(column, values=values, role=role, unit="1", is_certain=True, proposed_by=why)
+            return replace(column, values=values, role=role, unit="1", proposed_by=why)
         is_lost = bool(role) and ROLES[role] != () and unit in UNITS
         why = f"text, though its name and unit say {role}" if is_lost else "text"
         return replace(column, role="run" if role == "run" else "ignore", unit="", is_lost=is_lost, proposed_by=why)
     if not len(column.numbers):
         return replace(column, role="ignore", unit="", proposed_by="holds no numbers")
+    why = f"its name; its unit {column.stated_unit} is not known" if column.stated_unit and not unit else "its name"
     if unit and (not role or (ROLES[role] and UNITS[unit][0] not in ROLES[role])):
-        dimension = UNITS[unit][0]
+        dimension, why = UNITS[unit][0], "its unit"
         stroke = role in ("yaw", "yaw_head") and dimension == "length" and not place_named(name)
         if stroke and not any(_speaks_of(plain(name), known) for known in texts_of(SYNONYMS_FILE)["roles"]["signal"]):
-            return replace(column, role=role, unit="", proposed_by=f"its name; a yaw in {unit} needs its lever")
+            return replace(column, role=role, proposed_by=f"its name; a yaw in {unit} needs its lever")
         role = "signal" if dimension == "length" and place_named(name) else BY_DIMENSION.get(dimension, "")
-    if not role:
-        return replace(column, role="", unit=unit, proposed_by=UNKNOWN)
-    why = f"its name; its unit {column.stated_unit} is not known" if column.stated_unit and not unit else "its name"
     at = place_named(name) if role == "signal" else ""
-    return replace(column, role=role, unit=unit, at=at, is_certain=bool(unit), proposed_by=why)
+    return replace(column, role=role, unit=unit, at=at, proposed_by=why if role else UNKNOWN)
 
 
 def wind_on(seconds: np.ndarray) -> tuple[np.ndarray, list[str]]:
@@ -424,8 +413,8 @@ def _use_one(role: str, same: list[int], columns: list[Column], use: str, notes:
         stated = [k for k in same if columns[k].entry.role]
         numbers = [k for k in same if not columns[k].is_text]
         actual = [k for k in numbers if not _SET.search(plain(columns[k].name))]
-        sure = [k for k in numbers if columns[k].is_certain and not columns[k].stamp] if role == "time" else []
-        chosen = next((c for c in (named, stated, numbers, actual, sure[:1]) if len(c) == 1), [])
+        counted = [k for k in numbers if columns[k].stated_unit and not columns[k].stamp] if role == "time" else []
+        chosen = next((c for c in (named, stated, numbers, actual, counted[:1]) if len(c) == 1), [])
         if (not chosen and role in ("run", "direction", "start", "yaw_at", "y0", "u_rate")) or kind != "record":
             chosen = chosen or (numbers or same)[:1]
         why = f"another column is the {role}"
