@@ -38,7 +38,7 @@ from belt_sim.diagnosis.samples import (
 from belt_sim.effects.base import Effect, Parameter, library
 from belt_sim.effects.generic_law import GenericLaw
 from belt_sim.errors import CannotRepresent, InputError
-from belt_sim.jax_setup import PROGRAMS, WORKERS, StoredProgram, jit_float64, program_key
+from belt_sim.jax_setup import PROGRAMS, WORKERS, StoredProgram, program_key
 from belt_sim.line.hooks import AFTER_ENGINE, Hooks, apply_hook, indicate, looked_up, overrides, switched, true_travel
 from belt_sim.line.march import march_open, plan_steps
 from belt_sim.line.runup import Reading
@@ -170,12 +170,14 @@ def significant_harmonics(samples: Samples, roots: np.ndarray, shapes: np.ndarra
     return int(min(max(FEWEST_HARMONICS, best), len(gains)))
 
 
-@partial(jit_float64, brief=True, static_argnames=("cls", "others"))
-def _columns_of_runs(settings, travel, rig, belt, effects, nuisances, *, cls: type[Effect], others) -> jax.Array:
+@lru_cache(PROGRAMS)
+def _compile_columns(
+    model: Composition, cls: type[Effect], acting: tuple[type[Effect], ...], others: tuple[SensorPlace, ...]
+) -> StoredProgram:
     """Columns (R, k, p + j, n) at encoder travels (R, n), at the p places of PLACES and j others, as sensors show
     them."""
 
-    def one_run(settings, travel):
+    def one_run(settings, travel, rig, belt, effects, nuisances):
         case = actual_case(Case(rig=rig, belt=belt, settings=settings), nuisances)
         seen = apply_hook(effects, "sensor_travel", true_travel(effects, case, travel), case)
         at_others = [cls.columns(seen + travel_lead(place, case), case)[:, place.point, None] for place in others]
@@ -192,7 +194,8 @@ def _columns_of_runs(settings, travel, rig, belt, effects, nuisances, *, cls: ty
 
         return jax.vmap(read)(own) - read(jnp.zeros_like(own[0]))  # in proportion to y: gains, not offsets
 
-    return jax.vmap(one_run)(settings, travel)
+    of_runs = jax.vmap(one_run, in_axes=(0, 0, None, None, None, None))
+    return StoredProgram(of_runs, program_key("columns", model, [cls, *acting], others), brief=True)
 
 
 def bin_attenuation(slots: Sequence[Slot], samples: Samples, others: int = 0) -> np.ndarray:
@@ -297,7 +300,7 @@ def _one_run(
 # samples of a run are filled up to a multiple of this, so that campaigns share compiled code
 SAMPLES_FILLED = MAX_SAMPLES
 # runs at points a batch: requests are cut and padded to it, so that one shape is compiled; most are small
-BATCH_ROWS = 8
+BATCH_ROWS = 16
 #: threads that the batches of all requests run in: to begin and end two for each takes half as long as a batch
 _POOL = ThreadPoolExecutor(WORKERS, thread_name_prefix="batches")
 
@@ -542,7 +545,8 @@ class Forward:
             by_bins = bin_attenuation([Slot(cls, name) for name in cls.parameters], samples).T[:, :, None]
             stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
             given = samples.cases.settings, stated, samples.cases.rig, samples.cases.belt, acting, nuisances
-            shown = np.asarray(_columns_of_runs(*given, cls=cls, others=others)).swapaxes(0, 1)
+            program = _compile_columns(self.model, cls, tuple(map(type, acting)), others)
+            shown = np.asarray(program(*given)).swapaxes(0, 1)
             places = [*PLACES, *others]
             for s, signal in enumerate(samples.signals):
                 if signal.kind == "lateral":

@@ -131,11 +131,11 @@ class RunOff:
     turned: jnp.ndarray = field(default_factory=TWO_ZEROS)
 
 
-def angle_at(schedule: Schedule, travel):
-    """Return the yaw [rad] at a scalar ``travel`` [m]; a step includes its own travel."""
-    ramp = jnp.clip((travel - schedule.at) / jnp.where(schedule.over > 0, schedule.over, 1.0), 0.0, 1.0)
-    share = jnp.where(schedule.over > 0, ramp, (travel >= schedule.at).astype(float))
-    return jnp.sum(schedule.change * share)
+def angle_at(schedule: Schedule, travel, xp=jnp):
+    """Return the yaw [rad] at a scalar ``travel`` [m]; a step includes its own travel; xp: numpy or its JAX twin."""
+    ramp = xp.clip((travel - schedule.at) / xp.where(schedule.over > 0, schedule.over, 1.0), 0.0, 1.0)
+    share = xp.where(schedule.over > 0, ramp, (travel >= schedule.at).astype(float))
+    return xp.sum(schedule.change * share)
 
 
 def mean_angle(schedule: Schedule, start, end):

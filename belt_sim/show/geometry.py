@@ -147,7 +147,7 @@ def frames(case: Case, curves: Curves, every: float = 0.5) -> Iterator[Frame]:
     for stop in map(float, stops):
         y = np.array([np.interp(stop, travel, row) for row in np.asarray(curves.y, float)])
         mid = [float(np.interp(stop, travel, row)) for row in tilt]
-        yaws = float(angle_at(settings.yaw, stop)), float(angle_at(settings.yaw_head, stop))
+        yaws = [float(angle_at(schedule, stop, np)) for schedule in (settings.yaw, settings.yaw_head)]
 
         # centre line 4 -> 1 -> 2 -> 3 -> 4 as (x, y, z, tilt) along the upper span, tail wrap, lower span, head wrap
         upper = (a * u, y[3] + (y[0] - y[3]) * u, head + (tail - head) * u - sag[0] * bow, mid[0] * bow)
