@@ -9,6 +9,7 @@ from belt_sim.diagnosis.errors import WINDOWS, K, cells, validation_uncertainty
 from belt_sim.diagnosis.fit import fit_sets
 from belt_sim.diagnosis.noise import metric_of
 from belt_sim.diagnosis.workbench import Workbench
+from belt_sim.jax_setup import map_in_threads
 from belt_sim.results.errors import UNIT_OF_KIND, CampaignLabel, Drawings, Drift, FailureMap, Panel
 from belt_sim.results.estimates import MachineSizes
 from belt_sim.results.words import KILO
@@ -111,23 +112,25 @@ def stiffness_drift(bench: Workbench, vector: np.ndarray) -> Drift | None:
     if len(tensions) < 2 or not bench.forward.model.moments:
         return None
     stated = bench.campaign.belt.youngs_modulus
-    value, u = [], []
     position = len(bench.forward.slots)
-    for t in tensions:
+
+    def fitted(t: float) -> tuple[float, float]:
         which = np.flatnonzero(stress == t)
-        fitted = bench.fitted.of_runs(which)
-        metric = metric_of(fitted, bench.levels, bench.shapes[:, which], 0.0 * bench.shared[:, which])
+        own = bench.fitted.of_runs(which)
+        metric = metric_of(own, bench.levels, bench.shapes[:, which], 0.0 * bench.shared[:, which])
         fit = fit_sets(bench.forward.of_runs(which), metric, [bench.start((), vector, free=[position])])[0]
         factor = np.clip(1.0 + fit.vector[position], 1.0 / LIMIT, LIMIT)
-        value.append(factor * stated.value / GPA)
         beyond = factor in (1.0 / LIMIT, LIMIT)  # no interval is drawn about a value off the chart
-        u.append(0.0 if beyond else min(np.sqrt(fit.covariance[0, 0]), 0.5 * factor) * stated.value / GPA)
+        return factor, 0.0 if beyond else min(np.sqrt(fit.covariance[0, 0]), 0.5 * factor)
+
+    # marches of a few rows leave a core idle
+    value, u = (np.array(map_in_threads(fitted, tensions)) * stated.value / GPA).T
     return Drift(
         parameter="Young's modulus",
         unit="GPa",
         tension=tensions / N_PER_MM2,
-        value=np.array(value),
-        u=np.array(u),
+        value=value,
+        u=u,
         stated=stated.value / GPA,
         u_stated=stated.u / GPA,
     )

@@ -35,7 +35,7 @@ from belt_sim.diagnosis.search import NO_EFFECTS, Search, add_fits, extend, row_
 from belt_sim.diagnosis.workbench import Workbench, expand_at_likely_settings, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError
-from belt_sim.jax_setup import WORKERS, in_float64, map_in_threads
+from belt_sim.jax_setup import WORKERS, begin_in_thread, in_float64, map_in_threads
 from belt_sim.line.hooks import as_driven
 from belt_sim.line.spans import Composition
 from belt_sim.model import BASE_MODELS, MODELS
@@ -246,8 +246,8 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
         search = add_fits(search, beside)
         table = tabulate(search)
 
-    # other base models with nothing fitted, those that explain most of what this one does not; one that is the base
-    # model with just the likeliest effects says the same, and is none
+    # other base models with nothing fitted, beside what comes next; those that explain most of what this one does not,
+    # but for one that is the base model with just the likeliest effects, which says the same
     asked = bench.forward.model
     others, found = _others(bench.samples.signals, asked), []
     beyond_noise = max(nothing.chi2 - float(np.isfinite(bench.fitted.y).sum()), 1e-9)
@@ -257,7 +257,21 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
         null, alone = forward.null(), replace(bench, forward=forward, keeps_noise=True)
         return expand_at_likely_settings(alone.laid_out_by(forward, null), null).values(null[None])[0]
 
-    for model, values in zip(others, map_in_threads(predict, others), strict=True):
+    predictions = begin_in_thread(lambda: [*map(predict, others)])
+    search = replace(extend(search, ()), linearisation=Linearisation(nothing, {}))  # of what it was for all is done
+    additive = frozenset(c.id for c in bench.forward.classes if c.is_additive())
+    table = replace(table, additive=additive)
+    if laws is not None:
+        rows = {name: row_of(search.bench, fit, checked=False) for name, fit in search.singles.items()}
+        there = {row.ids for row in table.rows}
+        fits = [search.fits[frozenset(ids)] for ids in dict.fromkeys(beside) if frozenset(ids) in there]
+        sound = [fit for fit in fits if keeps_tension(search.bench, fit)]
+        at_once = 1 if bench.samples.y.size > MANY_READINGS else WORKERS  # each takes memory
+        unknown = map_in_threads(lambda fit: laws.evidence_of_unknown(search.bench, fit, likeliest), sound, at_once)
+        visible = frozenset(name for name, row in rows.items() if would_show(row, table, POLICY))
+        table = replace(table, visible=visible, unknown=tuple(unknown))
+
+    for model, values in zip(others, predictions(), strict=True):
         gain = nothing.chi2 - float(bench.metric.chi2(bench.fitted.y - values))
         same = likeliest and frozenset(likeliest) <= model.contains - asked.contains
         if np.isfinite(values).all() and gain > DESCRIBED_BY_MODEL * beyond_noise and not same:
@@ -265,24 +279,7 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
             lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
             rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))
             found.append(OtherModel(name=f"model={model.name}", chi2=chi2, rms=rms, tried=len(others)))
-    additive = frozenset(c.id for c in bench.forward.classes if c.is_additive())
-    table = replace(table, additive=additive, other_models=tuple(found))
-
-    search = replace(extend(search, ()), linearisation=Linearisation(nothing, {}))  # of what it was for all is done
-    if laws is None:
-        return search, table
-    rows = {name: row_of(search.bench, fit, checked=False) for name, fit in search.singles.items()}
-    there = {row.ids for row in table.rows}
-    fits = [search.fits[frozenset(ids)] for ids in dict.fromkeys(beside) if frozenset(ids) in there]
-    sound = [fit for fit in fits if keeps_tension(search.bench, fit)]
-    at_once = 1 if bench.samples.y.size > MANY_READINGS else WORKERS  # each takes memory
-    return search, replace(
-        table,
-        visible=frozenset(name for name, row in rows.items() if would_show(row, table, POLICY)),
-        unknown=tuple(
-            map_in_threads(lambda fit: laws.evidence_of_unknown(search.bench, fit, likeliest), sound, at_once)
-        ),
-    )
+    return search, replace(table, other_models=tuple(found))
 
 
 def keeps_tension(bench: Workbench, fit: Fit) -> bool:
