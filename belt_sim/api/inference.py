@@ -26,7 +26,7 @@ from belt_sim.diagnosis.decide import POLICY, probability_of_unknown
 from belt_sim.diagnosis.describe import describe, drawings_of, final_model, rivals
 from belt_sim.diagnosis.drawings import machine_of, overlays
 from belt_sim.diagnosis.errors import free_zeros
-from belt_sim.diagnosis.examine import BOOTSTRAPS, LawFinder, compile_ahead, examine
+from belt_sim.diagnosis.examine import BOOTSTRAPS, compile_ahead, examine
 from belt_sim.diagnosis.fit import Fit, covariance_root, step_bounds
 from belt_sim.diagnosis.foresight import forget_layout, free_starts, sheet_evidence
 from belt_sim.diagnosis.next_run import next_runs
@@ -103,7 +103,7 @@ def diagnose(
         laws = LawSearch(tell_stage)
         findings = examine(
             own, chosen, classes, bootstraps=bootstraps, seed=seed, doubts=doubtful, checked=checked,
-            laws=None if beside else LawFinder(laws.evidence_of_unknown, laws.law), tell=tell_stage,
+            laws=None if beside else laws, tell=tell_stage,
         )  # fmt: skip
         if not any(s.severity == "stop" for s in findings.suspicions):  # mistakes that explain more are told beside
             better = [e for e in of_sheet if e.gain > findings.decision.explanations[0].gain]

@@ -233,14 +233,11 @@ class Decision:
         """The probability of something unknown if a further law beside the effects ``ids`` explained the most that one
         may."""
         law = LawEvidence(words="", gain=self.most_of_a_law(table, ids), cost=0.0, sizes=1)
-        rows = tuple(replace(b, laws=(*b.laws, law)) if b.ids == ids else b for b in table.unknown)
-        return sum(e.probability for e in explanations(replace(table, unknown=rows), policy) if e.unknown)
+        return _unknown_with_laws(table, ids, [law], policy)
 
     def could_change(self, table: EvidenceTable, ids: Ids, laws: Iterable[LawEvidence], policy: Policy) -> bool:
         """Whether something unknown is likelier than ``alarm``, or would be with these laws beside the effects."""
-        rows = tuple(replace(b, laws=(*b.laws, *laws)) if b.ids == ids else b for b in table.unknown)
-        found = explanations(replace(table, unknown=rows), policy)
-        return sum(e.probability for e in found if e.unknown) > policy.alarm
+        return _unknown_with_laws(table, ids, laws, policy) > policy.alarm
 
     def most_of_a_law(self, table: EvidenceTable, ids: Ids) -> float:
         """chi2 that a law beside the effects ``ids`` may explain, less what its form costs: what the likeliest effects
@@ -255,6 +252,12 @@ class Decision:
                 seen = [0.0, *(law.gain - law.cost for law in b.laws), *(2.0 * b.courses)]  # courses are in nats
                 return float(known[best] - known.get(ids, 0.0) + max(seen))
         return next(row.chi2 for row in table.rows if not row.ids) - known.get(ids, 0.0)
+
+
+def _unknown_with_laws(table: EvidenceTable, ids: Ids, laws: Iterable[LawEvidence], policy: Policy) -> float:
+    """The probability of something unknown with these laws as well beside the effects ``ids``."""
+    rows = tuple(replace(b, laws=(*b.laws, *laws)) if b.ids == ids else b for b in table.unknown)
+    return sum(e.probability for e in explanations(replace(table, unknown=rows), policy) if e.unknown)
 
 
 def decide(table: EvidenceTable, policy: Policy) -> Decision:

@@ -5,6 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import groupby
+from typing import Protocol
 
 import jax
 import numpy as np
@@ -50,6 +51,9 @@ DESCRIBED_BY_MODEL = 0.8
 # What a search for laws beyond the library hands to the diagnosis, which does not import the search.
 
 
+Matters = Callable[[list[LawEvidence]], bool]
+
+
 @dataclass(frozen=True)
 class LawResult:
     """What a search has found beside a fit.
@@ -64,30 +68,15 @@ class LawResult:
     bench: Workbench | None = None
 
 
-@dataclass(frozen=True)
-class LawQuestion:
-    """The law of what is seen beside a fit is asked for.
+class LawFinder(Protocol):
+    """A search for laws beyond the library."""
 
-    matters: whether laws would change what is decided (None: all do); most: chi2 that a law may explain,
-    less what its form costs.
-    """
+    def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
+        """What is seen beside a fit in the linear range; among: effects of all fits that are looked at."""
 
-    bench: Workbench
-    fit: Fit
-    matters: Callable[[list[LawEvidence]], bool] | None = None
-    most: float = np.inf
-
-
-@dataclass(frozen=True)
-class LawFinder:
-    """A search for laws beyond the library.
-
-    evidence_of_unknown: (workbench, fit, effects of all fits that are looked at) -> what is seen beside a fit in the
-    linear range; law: the law that is asked for, with its joint fit.
-    """
-
-    evidence_of_unknown: Callable[[Workbench, Fit, Sequence[str]], UnknownEvidence]
-    law: Callable[[LawQuestion], LawResult]
+    def law(self, bench: Workbench, fit: Fit, matters: Matters | None = None, most: float = np.inf) -> LawResult:
+        """The law of what is seen beside a fit, with its joint fit; matters: whether laws would change what is decided
+        (None: all do); most: chi2 that a law may explain, less what its form costs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -308,7 +297,7 @@ def _add_laws(
     for ids in sets:
         matters = partial(decision.could_change, table, ids, policy=POLICY)
         most = decision.most_of_a_law(table, ids)
-        found[ids] = laws.law(LawQuestion(search.bench, search.fits[ids], matters, most))
+        found[ids] = laws.law(search.bench, search.fits[ids], matters, most)
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
     rows = [replace(b, laws=(*b.laws, in_march[b.ids])) if b.ids in in_march else b for b in table.unknown]
     return search, replace(table, unknown=tuple(rows)), found

@@ -45,15 +45,12 @@ def harm_warnings(campaign: Campaign) -> tuple[str, ...]:
         load, tension = {limit.id: float(limit.load) for limit in limits(case)}, float(case.settings.tension)
         stress = load["thick_belt"] * STRENGTH + tension * load["slack_edge"]
         reached = f"tension, bending and yaw reach {stress / N_PER_MM2:.0f} of the {STRENGTH / N_PER_MM2:.0f} N/mm2"
-        own = (
-            Limit("slack_edge", load["slack_edge"], "the yaw takes the tension off one edge; take a smaller yaw"),
-            Limit(
-                "second_order", load["second_order"], "the yaw is too large for the models' laws; take a smaller one"
-            ),
-            Limit(
-                "stress", stress / STRENGTH, f"{reached} that belt steels bear; take a smaller yaw or a larger pulley"
-            ),
+        rows = (
+            ("slack_edge", load["slack_edge"], "the yaw takes the tension off one edge; take a smaller yaw"),
+            ("second_order", load["second_order"], "the yaw is too large for the models' laws; take a smaller one"),
+            ("stress", stress / STRENGTH, f"{reached} that belt steels bear; take a smaller yaw or a larger pulley"),
         )
+        own = [Limit(*row) for row in rows]
         told = {limit.id for limit in own} | {"edge_stretch", "thick_belt"}
         for limit in (*own, *(limit for limit in geometric(case) if limit.id not in told)):
             if limit.load > 1.0:

@@ -220,21 +220,16 @@ def expand_at_likely_settings(bench: Workbench, vector: np.ndarray) -> Forward:
         shapes = [expanded.columns_of(c, vector) for c in there]
         free = np.concatenate([np.zeros((0, *y.shape)), *shapes])  # fitted to the length as it is
         # the belt's length in sigmas after the errors and the prior, whatever sizes the shapes in ``free`` have
-        bare, every = (
-            replace(metric, shared=(metric.shared[0][:0], np.zeros(0))),
-            np.concatenate([others, by_length[None]]),
-        )
+        bare = replace(metric, shared=(metric.shared[0][:0], np.zeros(0)))
+        every = np.concatenate([others, by_length[None]])
         white = np.concatenate([bare.whiten(every), bare.whiten(y - values)[None]])
         taken = np.linalg.qr(bare.whiten(free).T)[0]
         white -= (white @ taken) @ taken.T
         longer = np.linalg.solve(white[:-1] @ white[:-1].T + np.eye(len(every)), white[:-1] @ white[-1])[-1]
         longer = float(np.clip(longer, -FURTHEST_SETTING, FURTHEST_SETTING))
-        # tension and yaw (2, R) in sigmas after errors (R, S, n) and the prior; shapes (K, R, S, n): all
-        # nuisances
-        columns, residual = (
-            metric.noise_white(bench.shapes).swapaxes(0, 1),
-            metric.noise_white(y - values - longer * by_length),
-        )
+        # tension and yaw (2, R) in sigmas after the errors and the prior, all nuisances free
+        columns = metric.noise_white(bench.shapes).swapaxes(0, 1)
+        residual = metric.noise_white(y - values - longer * by_length)
         normal = columns @ columns.swapaxes(1, 2) + np.eye(len(bench.shapes))
         found = np.linalg.solve(normal, columns @ residual[..., None])[..., 0]
         off = np.clip(found[:, :2].T, -FURTHEST_SETTING, FURTHEST_SETTING)

@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from belt_sim.diagnosis.decide import LawEvidence, UnknownEvidence
-from belt_sim.diagnosis.examine import MANY_READINGS, LawQuestion, LawResult
+from belt_sim.diagnosis.examine import MANY_READINGS, LawResult, Matters
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.linear_search import TERM, ScoredLaw, distinct_families, exponents_of, single_term_laws
@@ -37,15 +37,15 @@ class LawSearch:
         data.forget_inputs()
         return found
 
-    def law(self, asked: LawQuestion) -> LawResult:
-        """The law that is asked for, with its joint fit."""
-        data, matters = self.begun.pop(frozenset(asked.fit.ids), None), asked.matters
-        if data is None or data.bench is not asked.bench or data.fit is not asked.fit:
-            data = search_data_of(asked.bench, asked.fit, spectra=self.spectra)
+    def law(self, bench: Workbench, fit: Fit, matters: Matters | None = None, most: float = np.inf) -> LawResult:
+        """The law of what is seen beside a fit, with its joint fit; matters, most: as in ``LawFinder``."""
+        data = self.begun.pop(frozenset(fit.ids), None)
+        if data is None or data.bench is not bench or data.fit is not fit:
+            data = search_data_of(bench, fit, spectra=self.spectra)
         if matters is None:
             outcome = search_law(data, self.tell)
         else:
-            pair = LawEvidence(words="two terms", gain=asked.most, cost=TERM, sizes=2)
+            pair = LawEvidence(words="two terms", gain=most, cost=TERM, sizes=2)
             outcome = search_law(
                 data, self.tell, pairs=matters([pair]), matters=lambda some: matters([*map(_law, some)])
             )

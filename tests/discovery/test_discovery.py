@@ -13,7 +13,6 @@ import belt_sim as bs
 from belt_sim.api import inference
 from belt_sim.api.plot import pictures_by_kind
 from belt_sim.diagnosis.decide import POLICY, log_evidence
-from belt_sim.diagnosis.examine import LawQuestion
 from belt_sim.diagnosis.workbench import workbench
 from belt_sim.discovery import law_search
 from belt_sim.discovery.law_search import LawSearch, unknown_evidence
@@ -90,7 +89,7 @@ def test_something_unknown_is_likely_where_it_is_and_only_there():
 def test_the_law_in_the_march_is_worth_more_than_what_is_seen_in_the_linear_range(monkeypatch):
     monkeypatch.setattr(law_search, "search_law", lambda data, tell: discovered("yaw_creep"))
     bench, fit = fitted("yaw_creep")
-    seen, law = LawSearch().evidence_of_unknown(bench, fit), LawSearch().law(LawQuestion(bench, fit))
+    seen, law = LawSearch().evidence_of_unknown(bench, fit), LawSearch().law(bench, fit)
     assert law.law is not None
     assert law.law.gain > EXPLAINED * D**2
     assert fit.chi2 - law.fit.chi2 == pytest.approx(law.law.gain, rel=0.02)
