@@ -307,7 +307,7 @@ class EdgeGuide(Effect):
         share = jnp.clip(self.at, _NEAREST, span.length - _NEAREST) / span.length
         near_runoff, near_runup = supports(span, share, fields)
         known = jax.tree.map(lambda *of_spans: jnp.stack(of_spans), near_runup, near_runoff)
-        whole = jnp.pi * FRICTION * case.tension_force
+        whole = jnp.pi * FRICTION * jnp.maximum(case.tension_force, 0.0)  # without tension friction bears nothing
         return known, jnp.minimum(whole, 0.25 * whole * case.belt.width / (span.bending * jnp.abs(known.runoff)))
 
     def bend(self, bend, boundary, known, case):

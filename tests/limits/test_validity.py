@@ -369,6 +369,13 @@ def test_friction_bears_the_moment_of_a_guide_whose_zone_of_slip_is_the_whole_wr
     assert zone == pytest.approx(float(case.rig.wrap_tail), rel=1e-12)
 
 
+def test_friction_of_a_belt_under_compression_bears_no_guide():
+    """A fit may go there: a guide of no stiffness, held by less than nothing, would push the belt."""
+    case = paper_case(10.0)
+    compressed = replace(case, settings=replace(case.settings, tension=-1e5))
+    assert (np.asarray(guided_grip(compressed)) == 0.0).all()
+
+
 def test_a_stated_face_says_when_the_belt_runs_over_its_edge():
     narrow, wide = (replace(paper_case(20.0).rig, face_width=w) for w in (0.202, 0.4))
     ends = [simulate(paper_case(20.0, rig=rig), model="strip", travel=60.0) for rig in (narrow, wide)]
