@@ -8,7 +8,7 @@ from inspect import signature
 import numpy as np
 import pytest
 from paper_cases import paper_case
-from small_campaign import MODEL, SEED, campaign, diagnosed, drawn
+from small_campaign import MODEL, NAMES, SEED, campaign, diagnosed, drawn
 
 import belt_sim as bs
 from belt_sim.campaign import write_campaign
@@ -176,9 +176,7 @@ def test_what_a_diagnosis_found_can_be_added_to_the_model(tmp_path):
         told.append((replicates, stage))
 
     seen: list[bs.Diagnosis] = []
-    d = bs.diagnose(
-        measured, MODEL, ["sag_roll", "taper", "cant"], bootstraps=200, seed=SEED, progress=progress, shown=seen.append
-    )
+    d = bs.diagnose(measured, MODEL, NAMES, bootstraps=200, seed=SEED, progress=progress, shown=seen.append)
     assert d.verdict is bs.Verdict.EXPLAINED
     (early,) = seen  # all that pictures of it show
     assert early.discovery is None

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 from shipped_schema import check
-from small_campaign import SPREAD, campaign
+from small_campaign import NAMES, SPREAD, campaign
 
 from belt_sim.campaign import SteadyRate, read_campaign, write_campaign
 from belt_sim.effects.load import load_effects
@@ -53,7 +53,7 @@ def test_compare_shows_before_and_after(belt, folder, tmp_path):
 
 
 def test_diagnose_then_compare_and_report(belt, folder):
-    again = belt("diagnose", f"campaign={folder}", *QUICK, "effects=[sag_roll]")
+    again = belt("diagnose", f"campaign={folder}", *QUICK, f"effects=[{', '.join(NAMES)}]")
     assert again.status == 0, again.err
     after = read(again.folder / "diagnosis.json")
     check(after)

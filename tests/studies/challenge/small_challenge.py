@@ -1,19 +1,21 @@
 """Small campaigns, and answerers that are not the diagnosis: processes of a challenge import these by name."""
 
 import os
+import sys
 import time
 from pathlib import Path
 from typing import Any
 
-from belt_sim.api.inference import diagnose
 from belt_sim.campaign import read_campaign
 from belt_sim.results.files import file_json
 from belt_sim.units import DEGREE, N_PER_MM2
 from belt_sim.virtual_rig import Plan, grid, make_campaign
 
+sys.path.insert(0, str(Path(__file__).parents[2] / "diagnose"))
+import small_campaign
+
 PLAN = Plan(runs=grid((10 * N_PER_MM2, 30 * N_PER_MM2), (-0.042 * DEGREE, 0.042 * DEGREE)), length=20.0)
 HIDDEN: tuple[tuple[str, ...], ...] = ((), ("cant",), ("taper",), ("cant", "taper"))
-FEW = ("cant", "taper", "sensor_gain")
 SLOW = 0.5  # [s]
 PATIENCE = 6.0  # [s]: an answer takes a tenth of a second where campaigns are drawn already; a busy machine, more
 
@@ -39,9 +41,15 @@ def oracle(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any
     return answer_of(*hidden(seed))
 
 
-def few(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
-    """The diagnosis, asked of few effects: every one is compiled."""
-    return file_json(diagnose(read_campaign(folder), base, FEW, bootstraps=bootstraps, seed=seed))
+def draw_kept(seed: int):
+    """The campaign that other tests diagnose as well."""
+    return make_campaign(hidden=small_campaign.HIDDEN["sag_roll"], seed=1, plan=small_campaign.SPREAD, title="sag_roll")
+
+
+def kept(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:
+    """What the diagnosis says of it."""
+    assert read_campaign(folder).runs[0].name == small_campaign.campaign("sag_roll").runs[0].name
+    return file_json(small_campaign.diagnosed("sag_roll"))
 
 
 def slow_oracle(folder: Path, bootstraps: int, seed: int, base: str) -> dict[str, Any]:

@@ -155,13 +155,18 @@ def test_a_further_run_is_of_the_same_line(tmp_path):
     assert abs(fresh.signals["y1"] - same.signals["y1"]).max() < 1.5e-3 < abs(same.signals["y1"]).max()
 
 
-@pytest.mark.parametrize("who", ["small_challenge:few", pytest.param("diagnosis", marks=pytest.mark.long)])
-def test_the_diagnosis_itself_answers(who, tmp_path):
-    """One effect, large, on a small plan: named; in the long test among the whole library."""
-    own = Task(seed=1, out=tmp_path, source="small_challenge:draw", ablation=who, bootstraps=100)
-    run_case(own)
+@pytest.mark.parametrize(
+    ("drawn", "who", "named"),
+    [
+        ("small_challenge:draw_kept", "small_challenge:kept", "sag_roll"),
+        pytest.param("small_challenge:draw", "diagnosis", "cant", marks=pytest.mark.long),
+    ],
+)
+def test_the_diagnosis_itself_answers(drawn, who, named, tmp_path):
+    """One effect, large, on a small plan: named; of small_campaign among few, in the long test of the whole library."""
+    run_case(Task(seed=1, out=tmp_path, source=drawn, ablation=who, bootstraps=100))
     (result,) = results(tmp_path)
     found = score_case(result)
-    assert (found.outcome, list(found.named)) == ("right", ["cant"])
+    assert (found.outcome, list(found.named)) == ("right", [named])
     assert result["least"]["plain_mm"] > 0
     assert result["seconds"]["answer"] > 0
