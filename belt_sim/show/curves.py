@@ -28,10 +28,8 @@ DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)
 
 @style.picture
 def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves], title: str = "") -> Path:
-    """Lateral position of points 1-4 [mm] against travel [m] for any number of named curves.
-
-    One set of curves: one plot, a colour a point. Several: a plot a point, a colour a set.
-    """
+    """Lateral position of points 1-4 [mm] against travel [m] of named curves: of one set a plot with a colour a point,
+    of several a plot a point with a colour a set."""
     if len(curves) == 1:
         fig, [[ax]] = style.figure(8.0, 4.6)
         (only,) = curves.values()
@@ -155,11 +153,10 @@ def map_picture(
     settled: np.ndarray | None = None,
     steady: np.ndarray | None = None,
 ) -> Path:
-    """Draw the last of ``columns`` (n,) of a map of cases against the one before it, or over the two before it.
+    """Draw the last of ``columns`` (n,) of a map of cases against the one before it, or over the two before it, the
+    first across and the second up, as cells of a ``grid`` of that shape, else means over hexagons.
 
-    Over two, the first is across and the second up, with colours: cells of a ``grid`` of that shape, else (None) means
-    over hexagons. settled (n,): of late rates, which are drawn hollow against one number where they have not;
-    steady (n,): the steady rates beside them.
+    settled (n,): of late rates, hollow against one number where they have not; steady (n,): beside them.
     """
     *axes, values = columns.values()
     known = [column.removesuffix("_n_per_mm2").removesuffix("_deg") for column in columns]
@@ -206,10 +203,8 @@ _LINES = ("-", "--", "-", "--")  # points 1 and 2 lie close together, and so do 
 
 @style.picture
 def bode_picture(path: str | os.PathLike, space: Any, highest: float) -> Path:
-    """Gain [mm per degree of tail yaw] and phase [degrees] of points 1-4 over rad/s at the plant's speed.
-
-    highest: wavenumber [rad/m] up to which it is drawn. Lines: delays exact; dots: the state space.
-    """
+    """Gain [mm per degree of tail yaw] and phase [degrees] of points 1-4 over rad/s at the plant's speed, up to
+    ``highest`` [rad/m]: lines with exact delays, dots of the state space."""
     plant = space.plant
     k = np.geomspace(highest / 1e3, highest, 240)
     at = slice(None, None, 16)
@@ -253,8 +248,8 @@ KEY_LOOKS = (("color", CYCLE), ("linestyle", DASHES), ("linewidth", (1.8, 0.9, 3
 
 @dataclass(frozen=True, kw_only=True)
 class FinishedRun:
-    """A run of a sweep: keys, what was set in it, by name; steady: the steady rate [m/m], where it is known; late: of
-    point 1 [m/m], settled or not. curves: None of a model that gives rates only."""
+    """A run of a sweep: what was set in it, by key; steady rate [m/m], where it is known; late rate of point 1
+    [m/m]."""
 
     keys: Mapping[str, Any]
     case: Case
@@ -306,11 +301,8 @@ def in_words(key: str, value: Any) -> str:
 
 def looks_of(runs: Sequence[FinishedRun], keys: Sequence[str]) -> tuple[list[dict[str, Any] | None], list[Any]]:
     """The look of each run, None where one of its values is not among those that are shown; and a line a value for a
-    legend.
-
-    Of up to three keys: colour of the first (the tension, where it is swept), dash of the model, else of the second,
-    width of a third.
-    """
+    legend: colour of the first key (the tension, where it is swept), dash of the model, else of the second, width of a
+    third."""
     from matplotlib.lines import Line2D
 
     others, models = [k for k in keys if k != "model"], [k for k in keys if k == "model"]

@@ -42,10 +42,8 @@ def overlay_picture(
     names: Mapping[str, str],
     most: int = FEW_PANELS,
 ) -> Path:
-    """Small multiples of measured against modelled, of more than ``most`` panels those with the largest misfit.
-
-    names = {"base": ..., "final": ...} for the legend.
-    """
+    """Small multiples of measured against modelled, of more than ``most`` panels those with the largest misfit; names:
+    of "base" and "final" for the legend."""
     if len(panels) > most:
         title = f"{title}: the {most} largest misfits of {len(panels)} records"
         panels = shown_panels(panels, most)
@@ -140,10 +138,8 @@ def drift_chart_picture(
     *,
     names: Mapping[str, str],
 ) -> Path:
-    """A plot a parameter: (before, after) the effect was added; after is None if none was; names: as of an overlay.
-
-    Bars are +-2 u, a triangle marks a value at the end of its range.
-    """
+    """A plot a parameter: (before, after) the effect was added, if one was; names: as of an overlay. Bars are +-2 u, a
+    triangle marks a value at the end of its range."""
     fig, axes = style.figure(4.6 * len(drifts) + 0.6, 4.2, 1, len(drifts), layout=None)
     for ax, (before, after) in zip(axes[0], drifts, strict=True):
         if before.stated is not None:

@@ -1,8 +1,5 @@
-"""The report of a diagnosis: one HTML page that needs nothing but a browser.
-
-It shows the pictures that are drawn for the run's folder, as SVG in the colours of the page (light or dark). The words
-of an effect stand in its class (Effect.cause).
-"""
+"""The report of a diagnosis: one HTML page that needs nothing but a browser, with the pictures of the run's folder as
+SVG in the colours of the page (light or dark). The words of an effect stand in its class (Effect.cause)."""
 
 import csv
 import datetime
@@ -44,11 +41,8 @@ BLIND_TESTS = HERE / "blind_tests.csv"
 
 
 def write_report(path: str | os.PathLike, diagnosis: Diagnosis, pictures: Mapping[str, str] | None = None) -> Path:
-    """Write the report of ``diagnosis`` to ``path``; raises BeltError when it cannot be written.
-
-    pictures: SVG text by kind, as ``api.plot.report_pictures`` draws it; None: a page without pictures. The page
-    forbids itself the network (Content-Security-Policy). What the diagnosis does not hold is left out.
-    """
+    """Write the report of ``diagnosis`` to ``path``; raises BeltError when it cannot be written. The page forbids
+    itself the network; pictures: SVG text by kind, as of ``api.plot.report_pictures``."""
     path = Path(path)
     try:
         return write_text(path, render(diagnosis, pictures))
@@ -128,10 +122,8 @@ PART_SPOTS |= {"upper": (230, 50), "lower": (230, 130), "sensors": (162, 36), "u
 
 
 def sketch_numbers(cards: Sequence[tuple[str, Mapping[str, Any]]]) -> dict[str, list[tuple[Any, ...]]]:
-    """Where the numbers of explanations, and letters of alternatives, stand on the sketch, each beside all others.
-
-    marks: (share of the span, x of the number, numbers, words) of each place of a span; spots: (x, y, number) at parts.
-    """
+    """Where the numbers of explanations, and letters of alternatives, stand on the sketch: marks (share of the span, x
+    of the number, numbers, words) of each place of a span; spots (x, y, number) at parts."""
     there: dict[tuple[int, int], list[str]] = {}
     places: dict[tuple[float, str], list[str]] = {}  # explanations that act at one place of a span
     for number, c in cards:
@@ -148,9 +140,8 @@ def sketch_numbers(cards: Sequence[tuple[str, Mapping[str, Any]]]) -> dict[str, 
             x = max(near) + room
         taken += [x] if number else []
         marks.append((share, x, number, place))
-    spots = [
-        (x + 24.0 * k - 12.0 * (len(all_) - 1), y, n) for (x, y), all_ in there.items() for k, n in enumerate(all_)
-    ]
+    begins = {(x, y): x - 12.0 * (len(numbers) - 1) for (x, y), numbers in there.items()}
+    spots = [(begins[at] + 24.0 * k, at[1], n) for at, numbers in there.items() for k, n in enumerate(numbers)]
     return {"marks": marks, "spots": spots}
 
 
@@ -202,13 +193,8 @@ def bars(ranking: Sequence[Candidate]) -> list[dict]:
 
 EITHER = "tail or head"
 #: parts of the sketch by the law that an effect of one's own changes
-PARTS_OF_LAW = {
-    "span": ("upper", "lower"),
-    "run-up": ("tail", "head"),
-    "wrap": ("tail", "head"),
-    "drive": ("tail",),
-    "sensor": ("sensors",),
-}
+PARTS_OF_LAW: dict[str, tuple[str, ...]] = {"span": ("upper", "lower"), "drive": ("tail",), "sensor": ("sensors",)}
+PARTS_OF_LAW |= dict.fromkeys(("run-up", "wrap"), ("tail", "head"))
 
 
 def rival_cards(d: Diagnosis) -> list[dict[str, Any]]:
@@ -256,9 +242,8 @@ def effect_card(
 ) -> dict[str, Any]:
     """Return what a card says of an effect of such numbers; explanations: its numbers in each of several, if there are.
 
-    fault: the clause of the headline; about: what the effect is, from its own file; parts: ids of the sketch; marks:
-    places on the sketch (share of the span from the head pulley, words); sizes: a line a number; check: what to do;
-    many_pulleys: whether explanations have it at different ones.
+    fault: the clause of the headline; parts: ids of the sketch; marks: places on it (share of the span from the head
+    pulley, words); sizes: a line a number; many_pulleys: whether explanations have it at different ones.
     """
     cls = library().get(effect)
     cause, known = (cls.cause, cls.parameters) if cls is not None else (None, {})
@@ -308,10 +293,9 @@ def sureness(probability: float, asked_for: int | None = None) -> str:
 def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]], rivals: Sequence[dict[str, Any]] = ()) -> str:
     """Return what is wrong, in one sentence of the plant; rivals: of which these runs cannot say which it is."""
     if d.verdict is Verdict.CANNOT_SAY:
-        wrong = any(s.severity == "stop" for s in d.suspicions)
-        cause = (
-            "The data look damaged, or the sheet is wrong" if wrong else "These readings are too few to show a fault"
-        )
+        cause = "These readings are too few to show a fault"
+        if any(s.severity == "stop" for s in d.suspicions):
+            cause = "The data look damaged, or the sheet is wrong"
         return f"{cause}, so nothing can be said of the machine yet"
     at_machine = [c["fault"] for c in cards if not c["of_model"] and not c["unsure"]]
     perhaps = [c["fault"] for c in cards if not c["of_model"] and c["unsure"]]
@@ -333,9 +317,7 @@ def plant_headline(d: Diagnosis, cards: Sequence[dict[str, Any]], rivals: Sequen
         return "No fault shows: the belt moves as the model says" if sure else f"No fault is certain. {d.sentence}"
     if d.headline == WRONG_MODEL:
         return f"{d.headline}: {d.sentence.rstrip('.')}"
-    check = (
-        ". Check the data sheet first: a mistake there may explain it"
-        if any(s.kind == "sheet" for s in d.suspicions)
-        else ""
-    )
-    return f"Something moves the belt that no known cause alone explains{check}"
+    said = ["Something moves the belt that no known cause alone explains"]
+    if any(s.kind == "sheet" for s in d.suspicions):
+        said.append("Check the data sheet first: a mistake there may explain it")
+    return ". ".join(said)

@@ -54,10 +54,8 @@ def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
 
 
 def tell_diagnosis(d: "Diagnosis", folder: Path, *, verbose: bool = False) -> None:
-    """Verdict, what takes certainty off it, effects, where the model fails, how the error falls, what to do next.
-
-    verbose: the table of candidates and that of errors as well.
-    """
+    """Verdict, what takes certainty off it, effects, where the model fails, how the error falls, what to do next;
+    verbose: the tables of candidates and of errors as well."""
     from belt_sim.results.diagnosis import SHOWN_ACTIONS, error_line
     from belt_sim.show.report import plant_card, rival_cards
 
@@ -163,11 +161,7 @@ STAGES = {
     "drawing": 4.0,
     "choosing the best further run": 2.0,
 }
-SOMETIMES = {
-    "checking the machine data",
-    LAW_OF_REST,
-    list(STAGES)[-1],
-}  # not always there: not to come until they begin
+SOMETIMES = {"checking the machine data", LAW_OF_REST, list(STAGES)[-1]}  # not to come until they begin
 #: a law takes half as long again as all before it: within 30 % in 35 of 44 blind campaigns where one was sought
 LAW_SHARE = 1.0 / 1.5
 LOADING = 3.6  # [s] at most that the first stage counts for in a forecast: effects of one's own may be slow to load
@@ -178,11 +172,8 @@ LINE_EVERY = 0.10  # share of the work between two lines where there is no termi
 def _begin(
     console: Console | None, title: str, total: float, timed: bool
 ) -> tuple[Callable[[float, str], None], Callable[[], None]]:
-    """update(done, note) and close() of a bar on a terminal of one's own; elsewhere at most a line a tenth of the work.
-
-    Both are on standard error, so that results can be piped. timed: the end can be told from what is done; else nothing
-    is said of it, and there is a line a note.
-    """
+    """update(done, note) and close() of a bar on a terminal of one's own; elsewhere at most a line a tenth of the work,
+    all on standard error. timed: the end can be told from what is done; else there is a line a note."""
     console = console or Console(stderr=True)
     began, said = time.monotonic(), ""
     bar: Any = None
@@ -227,11 +218,8 @@ def _begin(
 def progress(
     total: float, title: str, console: Console | None = None, *, timed: bool = True
 ) -> Iterator[Callable[..., None]]:
-    """Show how far some work is: ``with progress(n, "bootstrap") as done: ...; done()``.
-
-    The function given adds ``amount`` (default 1) to what is done and shows ``note`` beside it. timed: whether the time
-    left can be told from it.
-    """
+    """Show how far some work is: ``with progress(n, "bootstrap") as done: ...; done()``, which adds ``amount`` to what
+    is done and shows ``note`` beside it. timed: whether the time left can be told from it."""
     (update, close), count = _begin(console, title, total, timed), 0.0
 
     def advance(amount: float = 1.0, note: str = "") -> None:
@@ -257,8 +245,7 @@ def stages_shown(title: str) -> Iterator[Callable[[int, str], None]]:
 
 
 def in_stages(done: Callable[..., None]) -> Callable[[int, str], None]:
-    """A diagnosis as work out of 1: ``done`` of ``progress(1.0, ...)`` as (replicates, stage); a law may
-    still be sought, which takes longer.
+    """A diagnosis as work out of 1: ``done`` of ``progress(1.0, ...)`` as (replicates, stage).
 
     Where a stage begins, what is over is counted by the measured shares of the stages before it, and what is to come by
     those that always follow: of a law, nobody knows before. What is beyond the library takes about 0.8 of the time of
@@ -293,11 +280,8 @@ def in_stages(done: Callable[..., None]) -> Callable[[int, str], None]:
 
 @dataclass
 class ProgressObserver:
-    """Travel, belt speed and remaining time of a run that is under way.
-
-    The time begins with the first step, when all is compiled, and the work is all steps of the run, those before travel
-    0 as well, where the engine says how many it has made (``advance``); else it is the travel.
-    """
+    """Travel, belt speed and remaining time of a run that is under way, from the first step on, when all is compiled;
+    the work is all steps of the run where the engine says how many it has made (``advance``), else the travel."""
 
     title: str = "belt"
     console: Console | None = None
@@ -330,9 +314,6 @@ class ProgressObserver:
             self.bar[1]()
 
 
-_LOOK_EVERY = 0.1  # [s]
-
-
 class ViewerObserver(Observer):
     """Shows the scene of a run in the passive viewer, which stays open until it is closed."""
 
@@ -354,4 +335,4 @@ class ViewerObserver(Observer):
         """Wait until the window is closed."""
         while self.window is not None and self.window.is_running():
             self.window.sync()
-            time.sleep(_LOOK_EVERY)
+            time.sleep(0.1)
