@@ -220,10 +220,10 @@ _WAY_OF_STEP = USUAL_STEP_TIME * _FASTEST
 def fit_options(options: Options, case: Case, belt: str, engine: str = "native") -> Options:
     """Options for this case, with a belt speed in m/s and a step in s; engine: one of OBEYED, "held" is "native".
 
-    Springs (tendons) lend MuJoCo's metric no stiffness across their direction, so that their step stays below
-    dx / string speed; spans that are limp, or that landings shake, get a drag that calms them in between.
-    Raises InputError for a step in which a link on a pulley would turn further than its strain can bear (engine=mjx:
-    several stations would land), for a belt speed at which landings shake the belt, and for a drag below what calms it.
+    Springs (tendons) lend MuJoCo's metric no stiffness across their direction, so that their step stays below dx /
+    string speed; limp or shaken spans get a drag that calms them. Raises InputError for a step in which a link on a
+    pulley would turn further than its strain can bear (engine=mjx: several stations would land), for a belt speed at
+    which landings shake the belt, and for a drag below what calms it.
     """
     waves = string_speed(case)
     fastest, pace = waves / _SHAKEN, accurate_speed(waves)

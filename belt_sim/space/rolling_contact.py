@@ -1,8 +1,6 @@
-"""The scene of a belt that MuJoCo's contacts alone carry, an MJCF that needs nothing of ours, and its run.
-
-Nodes touch pulleys with small spheres. As on a machine y is measured at the points 1-4, by two rays along y to the edge
-flags: boxes one chord long that ride on the nodes and end where the real belt's edge is.
-"""
+"""The scene of a belt that MuJoCo's contacts alone carry, an MJCF that needs nothing of ours, and its run: nodes touch
+pulleys with small spheres, and y is measured at the points 1-4 by two rays to edge flags, boxes that ride on the nodes
+and end where the real belt's edge is."""
 
 import math
 from collections.abc import Sequence

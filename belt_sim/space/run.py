@@ -132,9 +132,8 @@ _TURNING = 4  # rows in which a yaw step is made, and two more after it
 
 
 def plan_in_travel(settings: Settings, options: Options, travel: float, changes: bool) -> tuple[Command, np.ndarray]:
-    """Commands of a run over ``travel`` [m] in rows of k steps, arrays of shape (rows, k, ...), and which rows stand in
-    the curves, shape (rows,), with one at rest at travel 0 before the yaw; changes: something besides the yaw sets in
-    at 0."""
+    """Commands of a run over ``travel`` [m] in rows of k steps, (rows, k, ...), and which rows stand in the curves,
+    with one at rest at travel 0 before the yaw; changes: whether something besides the yaw sets in at 0."""
     yaw, pieces, recorded = YawPlan(settings), [], []
     steps = max(options.steps, math.ceil(options.sample / (MOST_CHORDS * options.dx)))
 
@@ -224,10 +223,8 @@ _SCALARS = ("entry_moment_upper", "entry_moment_lower", "edge_stress_upper", "ed
 def notify_observers(
     observers: Sequence[Observer], case: Case, travel: float, curves: Callable[[], Curves], *scene: Any
 ) -> Iterator[None]:
-    """Let observers watch a run over ``travel`` [m] from its start to its end, however it ends.
-
-    curves: those of the run so far, which a SimulationError carries on; scene: MjModel and MjData of the run.
-    """
+    """Let observers watch a run over ``travel`` [m] from its start to its end, however it ends; curves: so far, which a
+    SimulationError carries on; scene: MjModel and MjData of the run."""
     for observer in observers:
         observer.start(case, travel)
         if scene and (show := getattr(observer, "show", None)):  # the MjModel and the MjData of the run
@@ -361,12 +358,8 @@ _MOST = 256  # cases of a chunk on one GPU: more are no faster, and more is lost
 
 @dataclass(frozen=True)
 class BatchEngine:
-    """The entries of an engine on JAX.
-
-    lay_case(case, belt, travel, options, parts, features): a case that the engine can run, with its ``kind`` and the
-    ``stations`` of its mesh; raises CannotRepresent for what the engine cannot do. in_batches(cases, chunk, ...):
-    curves of cases of one kind, which are run at once, chunk by chunk.
-    """
+    """The entries of an engine on JAX: lay_case gives a case that it can run, with its ``kind`` and the ``stations`` of
+    its mesh, or raises CannotRepresent; in_batches gives curves of cases of one kind, run at once, chunk by chunk."""
 
     lay_case: Callable[[Case, str, float, Options, SceneParts, ActiveFeatures], Any]
     in_batches: Callable[..., Iterator[list[Curves | SimulationError]]]

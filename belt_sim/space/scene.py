@@ -81,10 +81,8 @@ def sink_chords(chord: float, radius: float) -> int:
 
 
 def lift(depth: Array, chord: Array, radius: Array, along: Array | None = None) -> Array:
-    """Height above the circle [m] of stations that lie ``depth`` [m] behind the place where the belt meets the pulley.
-
-    Straight up to half a chord, then a cubic to 0 with the slope of either side; along: ``sink_chords``.
-    """
+    """Height above the circle [m] of stations that lie ``depth`` [m] behind the place where the belt meets the pulley:
+    straight up to half a chord, then over ``sink_chords`` a cubic to 0 with the slope of either side."""
     xp = library_of(depth)
     along = sink_chords(chord, radius) if along is None else along
     straight = radius / xp.cos(xp.minimum(depth, 0.5 * chord) / radius) - radius
@@ -280,10 +278,7 @@ def zigzag(i: int, j: int) -> list[list[tuple[int, int]]]:
 
 
 def membrane_law(chord: float, width: float, thickness: float, modulus: float, poisson_ratio: float) -> np.ndarray:
-    """The energy of a rectangle of two triangles by its squared lengths [N/m3], shape (2, 6, 6): i + j even and odd.
-
-    chord, width [m]: its sides; thickness [m]; modulus [Pa].
-    """
+    """The energy of a rectangle of two triangles by its squared lengths [N/m3], (2, 6, 6): i + j even and odd."""
     places = np.array([[0.0, width], [0.0, 0.0], [chord, width], [chord, 0.0]])
     plane = np.array([[1.0, poisson_ratio, 0.0], [poisson_ratio, 1.0, 0.0], [0.0, 0.0, 0.5 * (1.0 - poisson_ratio)]])
     plane *= modulus / (1.0 - poisson_ratio**2)
@@ -337,11 +332,10 @@ def stiffness_ratio(slenderness: float, across: int, poisson_ratio: float) -> fl
 class Mesh:
     """The nodes of a belt and what its lines carry.
 
-    rest [m], shape (n, m, 3): stress-free places (body positions), of which only the distances count; laid [m], same
-    shape: places under tension; line_stiffness [N], shape (m,): EA of each line of nodes; line_y [m], shape (m,);
-    mass [kg], shape (m,), a node; chord [m]: rest distance of neighbouring stations of the straight belt; closed: an
-    endless belt; residual [1]: amplitude of the residual stress over E; curvature [1/m], a link: natural, in
-    the belt's plane (camber), None = straight. Neither changes ``rest``: see ``tie_lengths``.
+    rest [m], (n, m, 3): stress-free places (body positions), of which only the distances count; laid [m]: places under
+    tension; line_stiffness [N], line_y [m], (m,): EA and place of each line; mass [kg], (m,), a node; chord [m]: rest
+    distance of neighbouring stations; closed: an endless belt; residual [1]: amplitude of the residual stress over E;
+    curvature [1/m], a link: camber, None = straight. Neither changes ``rest``: see ``tie_lengths``.
     """
 
     rest: np.ndarray
@@ -364,10 +358,7 @@ class Mesh:
 
     @property
     def residual_strain(self) -> np.ndarray:
-        """Residual stress of the lines over E, shape (m,): mean of residual (1 - 12 y^2/b^2) over what a line carries.
-
-        It has no resultant; of two lines it is 0.
-        """
+        """Residual stress of the lines over E, (m,): mean of residual (1 - 12 y^2/b^2) over what a line carries."""
         ends = np.clip((np.arange(self.lines + 1) - 0.5) / max(self.lines - 1, 1), 0.0, 1.0) - 0.5
         return self.residual * (1.0 - 4.0 * np.diff(ends**3) / np.diff(ends))
 
@@ -390,9 +381,7 @@ def tie_lengths(mesh: Mesh, tied: np.ndarray, share: float) -> np.ndarray:
 
 def lay_mesh(belt: str, case: Case, loop: LaidLoop, options: Options) -> Mesh:
     """The nodes of a rope, a grid or a membrane ("flex"); the stress-free loop is the laid one shrunk by the strain.
-
-    Raises InputError for a grid or a membrane of one node across.
-    """
+    Raises InputError for a grid or a membrane of one node across."""
     strip, across = case.belt, 1 if belt == "rope" else options.across
     strain = float(case.settings.tension) / float(strip.youngs_modulus)
     chord, whole = loop.chord / (1.0 + strain), float(strip.width)
@@ -578,9 +567,7 @@ def laid_coordinates(scene: SceneLayout, head_spin: float = 0.0, tail_spin: floa
 
 
 def station_mass(case: Case, options: Options) -> float:
-    """Inertia of the tail pulley [kg]: TAIL_MASS, or more where the step needs it.
-
-    The pulley feels the belt's pull one step late: stable for dt^2 k < 2 m, with k = 2 E b h / L of both spans.
-    """
+    """Inertia of the tail pulley [kg], TAIL_MASS or more: it feels the belt's pull one step late, which is stable for
+    dt^2 k < 2 m, with k = 2 E b h / L of both spans."""
     stiffness = 2.0 * float(case.belt.youngs_modulus) * float(case.belt.area) / float(case.rig.span_length)
     return max(TAIL_MASS, _STAGGER_MARGIN * options.step**2 * stiffness)

@@ -35,10 +35,9 @@ class PoseArrays(NamedTuple):
 class WrapArrays(NamedTuple):
     """The stations that lie on a pulley: consecutive numbers first..last (modulo n), and their anchors.
 
-    Anchors are cylinder coordinates in the spinning pulley: r, y [m], angle [rad] from the top towards +x, shape
-    (m, n), valid for held stations only; landing_lift [m], (n,): how much higher than its path a station was caught;
-    tangent [rad], (2,): where the belt meets the pulley, at ``first`` and at ``last``, from the top towards +x and not
-    turning.
+    Anchors are cylinder coordinates in the spinning pulley: r, y [m], angle [rad] from the top towards +x, (m, n),
+    valid for held stations only; landing_lift [m], (n,): how much higher than its path a station was caught; tangent
+    [rad], (2,): where the belt meets the pulley, from the top towards +x and not turning.
     """
 
     first: Array
@@ -55,11 +54,9 @@ class WrapArrays(NamedTuple):
 
 
 class BeltOnPulley(NamedTuple):
-    """The stations on a pulley, its surface, where it is, and what the bending layer displaces there, None without one.
-
-    layer [m], (2, m, 2): by how much the lines are displaced outwards and into the pulley at ``first`` and at ``last``.
-    Both pulleys at once have a leading axis of head and tail in every array.
-    """
+    """The stations on a pulley, its surface, where it is, and by how much the bending layer, if any, displaces the
+    lines outwards and into the pulley at both ends [m], (2, m, 2). Both pulleys at once have a leading axis of head and
+    tail."""
 
     wrap: WrapArrays
     surface: SurfaceArrays
@@ -73,10 +70,8 @@ def wrapped_angle(angle: Array) -> Array:
 
 
 def axes_of(surface: SurfaceArrays, yaw: Array, share: Array, spin: Array, askew: Array | float = 1.0) -> Array:
-    """Rotation (3, 3) from a pulley's frame (y along its axis, not spinning) to the world.
-
-    yaw [rad]: commanded, and by compliance; share: how much of yaw offset and cant acts (0 before travel 0, where the
-    machine is aligned); spin [rad]; askew: how much of the wobble acts (all of it, but while the belt is being laid).
+    """Rotation (3, 3) from a pulley's frame (y along its axis, not spinning) to the world; yaw [rad]: commanded, and by
+    compliance; share: of yaw offset and cant that acts; askew: of the wobble (all, but while the belt is being laid).
     """
     phase, cone = spin + surface.wobble_phase, askew * surface.wobble
     turn = yaw + share * surface.yaw_offset + cone * jnp.cos(phase)
@@ -111,11 +106,8 @@ def cylinder_coordinates(places: Array, pose: PoseArrays) -> tuple[Array, Array,
 
 
 def anchor_places(r: Array, y: Array, turned: Array, axes: Array, centre: Array, bow: Array) -> Array:
-    """World places [m], (m, 3, k), of anchors r, y [m] at angles ``turned`` [rad] from the top, each (m, k).
-
-    axes (3, 3, k), centre (3, k), bow (k,): of the pulley of each; k may be 1 there. The axis is the line
-    x = bow y^2/2, and the circle at y stands square to it.
-    """
+    """World places [m], (m, 3, k), of anchors r, y [m] at angles ``turned`` [rad] from the top, each (m, k), on pulleys
+    of these axes (3, 3, k), centre (3, k), bow (k,): the axis is the line x = bow y^2/2, square to the circle at y."""
     x = r * jnp.sin(turned)
     local = x + 0.5 * bow * y * y, y * (1.0 - bow * x), r * jnp.cos(turned)
     return jnp.stack([sum(axes[i, j] * local[j] for j in range(3)) + centre[i] for i in range(3)], axis=1)
@@ -179,10 +171,7 @@ def line_displacements(belt: BeltArrays, pulley: BeltOnPulley, share: Array | fl
 
 def station_displacement(belt: BeltArrays, pulley: BeltOnPulley, inside: Array, end: int) -> Array:
     """By how much the layer at ``end`` displaces stations ``inside`` [m] behind the tangent point, (k,): (m, 3, k) [m].
-
-    Sections that are drawn in unequally turn, and with them the line that they stand on; wholly on the straight part
-    of the path, less along the stations that sink onto the circle.
-    """
+    Sections that are drawn in unequally turn, and with them their line; less along the stations that sink."""
     assert pulley.layer is not None
     line_y, chord = belt.line_y, belt.chord
     outward, (out, drawn), at = OUTWARDS[end], pulley.layer[end].T, pulley.wrap.tangent[end]
@@ -233,12 +222,9 @@ def land_station(
     belt: BeltArrays, pulley: BeltOnPulley, old: PoseArrays, *, end: int, before: Array, nodes: Array, moved: Array,
     shaped: Array | float,
 ) -> WrapArrays:  # fmt: skip
-    """With the station next to ``end``, where it has come close enough in the step: at its mean height and at its
-    distance from the one landed before, edge by edge.
-
-    old, before: pose and nodes at the step's beginning, others as of ``land_stations``. It is caught on the way, where
-    it comes close enough, as if steps were short; else a slack belt would be as the step catches it, early or late.
-    """
+    """With the station next to ``end``, where it has come close enough in the step, at its mean height and at its
+    distance from the one landed before, edge by edge; old, before: pose and nodes at the step's beginning. It is caught
+    on the way, as if steps were short; else a slack belt would be as the step catches it, early or late."""
     wrap, surface, chord = pulley.wrap, pulley.surface, belt.chord
     outward, outer, n = OUTWARDS[end], wrap.outer(end), wrap.r.shape[-1]
     k, beside = (outer + outward) % n, outer % n
@@ -303,11 +289,8 @@ def sink_ends(belt: BeltArrays, pulley: BeltOnPulley, moved: Array, *, end: int,
 def sink_wraps(
     belt: BeltArrays, pulleys: BeltOnPulley, before: PoseArrays, moved: Array, shaped: Array, rests: Array
 ) -> BeltOnPulley:
-    """With the stations on pulleys that have come from ``before`` on their paths for where the pulleys are.
-
-    moved [m], () or (2,): how far the pulleys turn in the step; rests: whether the belt is at rest, which then does not
-    roll with an axis that begins to be canted.
-    """
+    """With the stations on pulleys that have come from ``before``, by ``moved`` [m], on their paths for where the
+    pulleys are; rests: whether the belt is at rest, which then does not roll with an axis that begins to be canted."""
     if belt.shape.canted:
         rolled = jnp.where(rests, pulleys.pose.axes[:, 2, 1] - before.axes[:, 2, 1], 0.0)
         pulleys = pulleys._replace(wrap=jax.vmap(roll_anchors)(pulleys, rolled))
@@ -372,10 +355,10 @@ _TINY = 1e-300
 
 
 def slip_increments(force: Array, limit: Array, chain: tuple[Array, Array], guess: Array) -> tuple[Array, Array]:
-    """Slip increments [m], shape (m, 2, k), and the largest force that contradicts Coulomb's law, in the largest limit.
+    """Slip increments [m], (m, 2, k), and the largest force that contradicts Coulomb's law, in the largest limit.
 
-    force [N], shape (m, 2, k): holding forces if none slid; limit [N], shape (m, k), inf = it rests; chain: blocks of
-    the stiffness [N/m], diagonal and those on the next station (2 m, 2 m, k); guess [m], shape (m, 2, k).
+    force [N], (m, 2, k): holding forces if none slid; limit [N], (m, k), inf = it rests; chain: blocks of the stiffness
+    [N/m], diagonal and those on the next station; guess [m], (m, 2, k).
     """
     lines, _, count = force.shape
     size = 2 * lines
@@ -419,8 +402,8 @@ def slip_increments(force: Array, limit: Array, chain: tuple[Array, Array], gues
 
 
 def _newton(z: Array, scale: Array, force: Array, limit: Array, chain: tuple[Array, Array]) -> tuple[Array, Array]:
-    """One iteration from z = h + r u [N], shape (m, 2, k), h the friction -(f + K u), r = ``scale`` [N/m]; and the same
-    with nodes at rest that went back.
+    """One iteration from z = h + r u [N], (m, 2, k), h the friction -(f + K u), r = ``scale`` [N/m]; and the same with
+    nodes at rest that went back.
 
     At the minimum every node's h is z cut off at the limit. So a node with z within the limit rests; one beyond it gets
     the friction limit z / |z|, and what turning its direction costs.
