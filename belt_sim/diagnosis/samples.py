@@ -60,9 +60,9 @@ class Samples:
         """Runs by number, of which no two are set and read alike (k,), and which of these every run (R,) is alike: a
         model predicts a run and its repeat as one."""
         known = (*jax.tree.leaves(self.cases.settings), self.travel, self.time, self.yaw_at, self.per_bin)
-        numbers = np.concatenate([np.reshape(x, (len(self.runs), -1)) for x in known], axis=1)
         places = dict[bytes, int]()
-        alike = np.array([places.setdefault(row.tobytes(), len(places)) for row in numbers])
+        rows = np.column_stack(known)
+        alike = np.array([places.setdefault(row.tobytes(), len(places)) for row in rows], dtype=int)
         return np.unique(alike, return_index=True)[1], alike
 
     def of_runs(self, which: np.ndarray) -> "Samples":

@@ -120,6 +120,9 @@ def test_a_run_and_its_repeat_are_predicted_once_until_they_are_set_apart():
     assert np.array_equal(forward.values(null), each[:, [0, 1, 0]])
     apart = forward.set_to(np.array([0.0, 0.0, 0.01]), np.zeros(3))
     assert list(apart.samples.distinct[1]) == [0, 1, 2]
+    assert (
+        apart.of_runs(np.array([], int)).values(apart.null()[None]).shape[1] == 0
+    )  # an action that turns no belt over
     other_places = replace(forward.samples, travel=forward.samples.travel + np.array([[0.0], [0.0], [0.1]]))
     assert list(other_places.distinct[1]) == [0, 1, 2]
 
