@@ -18,21 +18,26 @@ def test_the_files_are_made_anew(tmp_path):
         assert path.read_bytes() == (tmp_path / path.name).read_bytes()
 
 
-def test_what_was_put_in_comes_out():
-    campaign = understand(read(FILES), MODEL_FOLDER / "loggers" / "my_rig.yaml").complete()
-    assert sorted({r.tension / 1e6 for r in campaign.runs}) == pytest.approx(TENSIONS)
-    assert [r.repeat_of for r in campaign.runs[-2:]] == ["lauf_02", "lauf_05"]
-    assert all(abs(r.yaw_at - (BEFORE - SPACING / 2.0)) < SPACING / 2.0 for r in campaign.runs)
-    for run in campaign.runs:  # a repeat's, too: how far it is from where its first run's was
+@pytest.fixture(scope="module")
+def sound():
+    """The campaign of the files as they ship."""
+    return understand(read(FILES), MODEL_FOLDER / "loggers" / "my_rig.yaml").complete()
+
+
+def test_what_was_put_in_comes_out(sound):
+    assert sorted({r.tension / 1e6 for r in sound.runs}) == pytest.approx(TENSIONS)
+    assert [r.repeat_of for r in sound.runs[-2:]] == ["lauf_02", "lauf_05"]
+    assert all(abs(r.yaw_at - (BEFORE - SPACING / 2.0)) < SPACING / 2.0 for r in sound.runs)
+    for run in sound.runs:  # a repeat's, too: how far it is from where its first run's was
         assert SPACING / np.sqrt(12.0) - 1e-3 <= run.yaw_at_u < SPACING
-    assert len({tuple(r.travel) for r in campaign.runs}) == 1  # so that repeats compare
-    for signal in campaign.signals:
+    assert len({tuple(r.travel) for r in sound.runs}) == 1  # so that repeats compare
+    for signal in sound.signals:
         assert signal.wander_sd == pytest.approx(NOISE.wander_sd, rel=0.4)
         assert signal.white == pytest.approx(NOISE.white / np.sqrt(2.0), rel=0.4)  # two rows a step
         assert 1.0 < signal.wander_length < 9.0
 
 
-def test_a_sensor_that_fails_is_left_out_where_it_fails(tmp_path):
+def test_a_sensor_that_fails_is_left_out_where_it_fails(sound, tmp_path):
     rng = np.random.default_rng(31)
     for k, path in enumerate(FILES, start=1):
         lines = path.read_text(encoding="cp1252").splitlines()
@@ -45,7 +50,7 @@ def test_a_sensor_that_fails_is_left_out_where_it_fails(tmp_path):
             lines[at] = ";".join(cells)
         (tmp_path / path.name).write_text("\r\n".join([*lines, ""]), encoding="cp1252")
     proposal = understand(read(sorted(tmp_path.iterdir())), MODEL_FOLDER / "loggers" / "my_rig.yaml")
-    campaign, sound = proposal.complete(), understand(read(FILES), MODEL_FOLDER / "loggers" / "my_rig.yaml").complete()
+    campaign = proposal.complete()
     said = " ".join(n.text for n in proposal.notes)
     assert "-9999 stands for no reading" in said
     assert "3 readings jump away and back" in said
