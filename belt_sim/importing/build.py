@@ -21,9 +21,9 @@ from belt_sim.importing.columns import (
     resolve_columns,
     span_of,
 )
-from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, MappingEntry, Question, ask, mapping_of
+from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, MappingEntry, Question, ask, flow_text, mapping_of
 from belt_sim.importing.runs import RANGES, TIME_COLUMN, AssembledRun, FoundRuns, Section, find_runs, runs_on_one_grid
-from belt_sim.importing.sheets import NoiseRead, flow_text, machine_belt_and_settings, sheet_text, signals_of
+from belt_sim.importing.sheets import NoiseRead, machine_belt_and_settings, sheet_text, signals_of
 from belt_sim.units import MM, N_PER_MM2, NAMES, UNITS
 
 
@@ -225,10 +225,10 @@ _HEAD = """\
 def mapping_text(mapping: dict[str, Any]) -> str:
     """The mapping as YAML, one column or run a line."""
     lines = []
-    for key, value in mapping.items():
-        if key in ("columns", "runs") and value:
+    for key, value in ((k, v) for k, v in mapping.items() if v not in (None, {})):
+        if key in ("columns", "runs"):
             lines += [f"{key}:", *(f"  {flow_text(str(k))}: {flow_text(v)}" for k, v in value.items())]
-        elif value not in (None, {}):
+        else:
             text = yaml.safe_dump({key: value}, sort_keys=False, allow_unicode=True, width=10_000)
             lines += text.rstrip("\n").split("\n")
     return _HEAD + "\n".join([*lines, ""])

@@ -265,14 +265,19 @@ class Question:
     @property
     def problem(self) -> Problem:
         """The question as one line: what is missing and how to give it."""
-        flow = yaml.safe_dump([self.example], default_flow_style=True, width=10_000, allow_unicode=True)
-        written = flow.strip()[1:-1]
+        nested: Any = self.example
         for key in reversed(self.path):
-            is_word = key.replace("_", "").replace("-", "").isalnum() and not key.isdigit()
-            shown = key if is_word else f'"{key}"'
-            written = f"{shown}: {written}" if key is self.path[-1] else f"{shown}: {{{written}}}"
+            nested = {key: nested}
         choice = f" (one of {', '.join(self.options)})" if self.options else ""
-        return Problem(file="mapping", name=self.key, remedy=f"{self.text}{choice}; give it as  {written}")
+        return Problem(
+            file="mapping", name=self.key, remedy=f"{self.text}{choice}; give it as  {flow_text(nested)[1:-1]}"
+        )
+
+
+def flow_text(value: Any) -> str:
+    """A value as YAML on one line."""
+    text = yaml.safe_dump(value, sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=True)
+    return text.removesuffix("\n...\n").strip()
 
 
 @cache

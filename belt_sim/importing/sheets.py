@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-import yaml
 from scipy.interpolate import BSpline
 
 from belt_sim.campaign import Campaign, Run, SignalSheet, Source
@@ -26,7 +25,7 @@ from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.diagnosis.foresight import harm_warnings
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import SIGNAL_NAMES, USUAL_UNITS, Column
-from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question, ask
+from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question, ask, flow_text
 from belt_sim.io import group_names
 from belt_sim.settings import BOUNDS, MACHINE, SIGNAL_DIMENSION, Range, belt_from, rig_from
 from belt_sim.units import DEGREE, MM, N_PER_MM2, UNITS, quantity, round_digits, size_of, two_digits
@@ -285,12 +284,6 @@ def _lines(path: tuple[str, ...], value: Any, remarks: dict[str, str]) -> list[s
     whole = {k: int(v) if isinstance(v, float) and v.is_integer() else v for k, v in entries}
     text = f"{begin} {flow_text(whole if isinstance(value, dict) else whole[''])}"
     return [f"{text:{COLUMN}s}  # {comment}" if comment else text]
-
-
-def flow_text(value: Any) -> str:
-    """A value on one line."""
-    text = yaml.safe_dump(value, sort_keys=False, allow_unicode=True, width=10_000, default_flow_style=True)
-    return text.removesuffix("\n...\n").strip()
 
 
 #: Sag stretch over elastic stretch, Lambda, of a slack, a middling and a tight belt; bounds of the tensions [N/mm2].

@@ -92,8 +92,6 @@ _STAMPS = [
     for p in (_CLOCK, _DENSE, *(f"{date}(?:[T, ]+{_CLOCK})?" for date in _DATES))
 ]
 _PARTS = ("y", "m", "d", "mon", "a", "b", "c", "mark", "h", "min", "s", "part", "half", "zone")  # names of groups
-#: what a date of three numbers may be -> which of its numbers are year, month, day
-ORDERS = {"dmy": "cba", "mdy": "cab", "ymd": "abc"}
 
 
 def is_time(cell: str) -> bool:
@@ -137,9 +135,11 @@ def stamps_of(texts: pd.Series, first: str) -> tuple[str, dict[str, np.ndarray],
         month = parts["mon"].str.lower().map(MONTHS).to_numpy(dtype=float, na_value=np.nan)
         numbers = {"": (number("y"), month, number("d"))}
     elif has["c"]:  # 12.05.2024 is German
-        orders = ["dmy"] if (parts["mark"] == ".").any() else ["dmy", "mdy", "ymd"]
-        orders = orders[:2] if (parts["c"].str.len() == 4).any() else orders
-        numbers = {o: (number(ORDERS[o][0]), number(ORDERS[o][1]), number(ORDERS[o][2])) for o in orders}
+        a, b, c = map(number, "abc")
+        numbers = {"dmy": (c, b, a), "mdy": (c, a, b), "ymd": (a, b, c)}
+        possible = ["dmy"] if (parts["mark"] == ".").any() else [*numbers]
+        possible = possible[:2] if (parts["c"].str.len() == 4).any() else possible
+        numbers = {order: numbers[order] for order in possible}
     found = {}
     for order, (year, month, day) in numbers.items():
         ymd = {"year": np.where(year < 100, year + 2000, year), "month": month, "day": day}
@@ -223,9 +223,8 @@ def read(files: Sequence[str | Path], form: Mapping[str, Any] | None = None) -> 
     """
     paths = [Path(f) for f in files]
     if not paths:
-        raise InputError(
-            "files", "[]", "", "name the files of your logger after the command, as belt-sim import a.csv b.csv"
-        )
+        remedy = "name the files of your logger after the command, as belt-sim import a.csv b.csv"
+        raise InputError("files", "[]", "", remedy)
     twice = next((p for k, p in enumerate(paths) if p in paths[:k]), None)
     if twice is not None:
         raise InputError("files", twice, "", "is named twice; name each file once")
