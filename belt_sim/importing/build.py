@@ -23,7 +23,7 @@ from belt_sim.importing.columns import (
 )
 from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, MappingEntry, Question, ask, flow_text, mapping_of
 from belt_sim.importing.runs import RANGES, TIME_COLUMN, AssembledRun, FoundRuns, Section, find_runs, runs_on_one_grid
-from belt_sim.importing.sheets import NoiseRead, machine_belt_and_settings, sheet_text, signals_of
+from belt_sim.importing.sheets import NoiseRead, machine_and_belt, settings_of, sheet_text, signals_of
 from belt_sim.units import MM, N_PER_MM2, NAMES, UNITS
 
 
@@ -60,7 +60,8 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     tables = resolve_columns(logged, entry)
     used = tuple(c for table in tables for c in table.columns)
     missing, unknown = column_questions(tables)
-    machine, belt, settings, remarks, about_sheet = machine_belt_and_settings(entry)
+    machine, belt, remarks, about_sheet = machine_and_belt(entry.machine, entry.belt)
+    settings, of_settings = settings_of(entry)
     missing += about_sheet
     width, thickness = (belt.width.value, belt.thickness.value) if belt else (float("nan"), float("nan"))
     section = Section(width * thickness, thickness)
@@ -110,7 +111,7 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
         campaign=campaign,
         mapping=mapping_used(entry, used, made, step),
         noise=noise,
-        comments=remarks | of_signals,
+        comments=remarks | of_settings | of_signals,
         notes=tuple(notes + more),
     )
 

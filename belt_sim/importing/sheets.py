@@ -27,7 +27,7 @@ from belt_sim.errors import InputError
 from belt_sim.importing.columns import SIGNAL_NAMES, USUAL_UNITS, Column
 from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question, ask, flow_text
 from belt_sim.io import group_names
-from belt_sim.settings import BOUNDS, MACHINE, SIGNAL_DIMENSION, Range, belt_from, rig_from
+from belt_sim.settings import BOUNDS, SIGNAL_DIMENSION, Range, belt_from, rig_from
 from belt_sim.units import DEGREE, MM, N_PER_MM2, UNITS, quantity, round_digits, size_of, two_digits
 from belt_sim.validity import STRENGTH, limits
 
@@ -57,14 +57,24 @@ BELT_DATA = {
 }
 
 
-def machine_belt_and_settings(
-    mapping: MappingEntry,
-) -> tuple[Machine | None, BeltSheet | None, SettingsSheet, dict[str, str], list[Question]]:
-    """Machine and belt, each None where something of it is missing; how well runs hit their settings; remarks on all
-    these numbers; what is missing."""
+def settings_of(mapping: MappingEntry) -> tuple[SettingsSheet, dict[str, str]]:
+    """How well runs hit their settings, and remarks on what is assumed of it."""
+    asked = {
+        "tension_rel": (mapping.settings.tension_rel, "1", TENSION_REL, "how well the tension is known"),
+        "yaw": (mapping.settings.yaw, "urad", YAW_U, "how well a run hits its yaw"),
+    }
+    remarks = {f"settings.{k}": f"assumed, no data tell it; state {a[-1]}" for k, a in asked.items() if a[0] is None}
+    known = {k: u if text is None else size_of(text, unit, f"settings.{k}") for k, (text, unit, u, _) in asked.items()}
+    return SettingsSheet(tension_rel=known["tension_rel"], yaw_u=known["yaw"]), remarks
+
+
+def machine_and_belt(
+    of_machine: MachineMapping | Rig | str | None, of_belt: BeltMapping | Belt | str | None
+) -> tuple[Machine | None, BeltSheet | None, dict[str, str], list[Question]]:
+    """Machine and belt, each None where something of it is missing; remarks on their numbers; what is missing."""
     machine: Machine | None = None
     belt: BeltSheet | None = None
-    found, remarks, missing = _quantities(mapping.machine, "rig", MACHINE_DATA, "machine")
+    found, remarks, missing = _quantities(of_machine, "rig", MACHINE_DATA, "machine")
     own = [k for k in ("head_radius", "tail_radius") if k in found]
     if len(own) == 1 or (own and "pulley_radius" in found):
         remedy = "state either pulley_radius, or both head_radius and tail_radius"
@@ -75,48 +85,38 @@ def machine_belt_and_settings(
         machine, centre = Machine(centre_distance=found["centre_distance"], **radii), found["centre_distance"].value
         if machine.head_radius.value + machine.tail_radius.value >= centre:
             raise InputError("machine.centre_distance", centre, "m", "the pulleys overlap; check the radii")
-    found, of_belt, about_belt = _quantities(mapping.belt, "belt", BELT_DATA, "belt")
+    remarks |= {"machine.pulley_radius": remarks["machine.head_radius"]} if "machine.head_radius" in remarks else {}
+    found, about_numbers, about_belt = _quantities(of_belt, "belt", BELT_DATA, "belt")
     if not about_belt:
         belt = BeltSheet(**found)
         if belt.thickness.value >= belt.width.value:
             raise InputError("belt.thickness", f"{belt.thickness.value * 1e3:g}", "mm", "must be below the width")
-    asked = {
-        "tension_rel": (mapping.settings.tension_rel, "1", TENSION_REL, "how well the tension is known"),
-        "yaw": (mapping.settings.yaw, "urad", YAW_U, "how well a run hits its yaw"),
-    }
-    remarks |= of_belt
-    remarks |= {f"settings.{k}": f"assumed, no data tell it; state {a[-1]}" for k, a in asked.items() if a[0] is None}
-    known = {k: u if text is None else size_of(text, unit, f"settings.{k}") for k, (text, unit, u, _) in asked.items()}
-    settings = SettingsSheet(tension_rel=known["tension_rel"], yaw_u=known["yaw"])
-    return machine, belt, settings, remarks, missing + about_belt
+    return machine, belt, remarks | about_numbers, missing + about_belt
 
 
 def _quantities(
-    entry: MachineMapping | BeltMapping | str | None, kind: str, wanted: dict[str, Datum], key: str
+    entry: MachineMapping | BeltMapping | Rig | Belt | str | None, kind: str, wanted: dict[str, Datum], key: str
 ) -> tuple[dict[str, Quantity], dict[str, str], list[Question]]:
-    """Numbers that are written (as text with units, or by a known name), remarks on them, and questions on those that
-    are missing."""
+    """Numbers that are written as text with units, or those of a rig or belt or its name; remarks on them, and
+    questions on those that are missing."""
     found, remarks, missing = dict[str, Quantity](), dict[str, str](), list[Question]()
-    written = entry.model_dump() if entry is not None and not isinstance(entry, str) else {}
     if isinstance(entry, str):
         names = group_names(kind)
         if entry not in names:
             raise InputError(key, entry, "", f"is no {kind} that is known ({', '.join(names)}); give its numbers")
-        numbers = dict(vars(rig_from(entry) if kind == "rig" else belt_from(entry)))
-        if kind == "rig" and numbers["head_radius"] == numbers["tail_radius"]:
-            numbers |= {"pulley_radius": numbers["head_radius"], "head_radius": None, "tail_radius": None}
-        units = {"youngs_modulus": " Pa", "density": " kg/m^3", "poisson_ratio": ""}
-        written = {k: f"{v:.15g}{units.get(k, ' m')}" for k, v in numbers.items() if v is not None}
+        entry = rig_from(entry) if kind == "rig" else belt_from(entry)
     for name, datum in wanted.items():
-        if written.get(name) is not None:
-            value, u, unit = quantity(written[name], (datum.bounds.dimension,), datum.unit, f"{key}.{name}")
-            si = datum.bounds.check(value, unit, name=f"{key}.{name}")
-            if u is None and datum.relative_u:
-                remarks[f"{key}.{name}"] = "u is assumed, none was stated"
-            spread = datum.relative_u * si if u is None else u * UNITS[unit][1]
-            found[name] = Quantity(value=round_digits(si, 12), u=round_digits(spread, 12))
-        elif datum.needed:
-            missing.append(ask(name))
+        stated, u = getattr(entry, name, None), None
+        if stated is None:
+            missing += [ask(name)] if datum.needed else []
+            continue
+        if isinstance(stated, str):
+            value, u, unit = quantity(stated, (datum.bounds.dimension,), datum.unit, f"{key}.{name}")
+            stated, u = datum.bounds.check(value, unit, name=f"{key}.{name}"), None if u is None else u * UNITS[unit][1]
+        if u is None and datum.relative_u:
+            remarks[f"{key}.{name}"] = "u is assumed, none was stated"
+        u = datum.relative_u * float(stated) if u is None else u
+        found[name] = Quantity(value=round_digits(float(stated), 12), u=round_digits(u, 12))
     return found, remarks, missing
 
 
@@ -403,9 +403,10 @@ def template(
     folder: str | Path, rig: Rig, belt: Belt, planned: list[PlannedRun], places: list[str], travel: float, title: str
 ) -> Campaign:
     """Write the folder and return the plan as it is read back; raises InputError for a folder that is not empty."""
-    signals, remarks = [], {f"settings.{k}": "assumed, REPLACE" for k in ("tension_rel", "yaw")}
-    numbers = (*(f"machine.{k}" for k in MACHINE_DATA), "belt.width", "belt.thickness", "belt.youngs_modulus")
-    remarks |= dict.fromkeys(numbers, "u is assumed")
+    machine, belt_sheet, remarks, _ = machine_and_belt(rig, belt)
+    assert machine is not None
+    assert belt_sheet is not None
+    signals, remarks = [], remarks | {f"settings.{k}": "assumed, REPLACE" for k in ("tension_rel", "yaw")}
     for place in dict.fromkeys(places):
         if place not in PLACES:
             raise InputError("signals", place, "", did_you_mean(place, PLACES))
@@ -414,16 +415,11 @@ def template(
         errors = {"white": white, "zero": ZERO, "gain": GAIN, "wander_sd": WANDER, "wander_length": LENGTH}
         signals.append(SignalSheet(name=name, at=place, kind=kind, unit=unit, **errors))
         remarks |= {f"signals.{name}.{k}": TYPICAL for k in ("white", "zero", "gain", "wander")}
-    known = {
-        name: Quantity(value=float(value), u=round_digits(datum.relative_u * value, 2))
-        for name, datum in (MACHINE_DATA | BELT_DATA).items()
-        if (value := getattr(rig, name, getattr(belt, name, None))) is not None
-    }
     campaign = Campaign(
         title=title,
         source=Source(kind="measured", reference="REPLACE: log book, date", licence=""),
-        machine=Machine(**{name: known[name] for name in MACHINE}),
-        belt=BeltSheet(**{name: known[name] for name in BELT_DATA}),
+        machine=machine,
+        belt=belt_sheet,
         signals=tuple(signals),
         settings=SettingsSheet(tension_rel=TENSION_REL, yaw_u=YAW_U),
         runs=tuple(p.run for p in planned),
