@@ -1,7 +1,7 @@
 """What commands cost: ``python -m studies.bench [only=WORDS] [base=CHECKOUT] [picture=FILE]``.
 
 base: a checkout of an earlier version, which answers the same rows beside this one; only: the rows whose names contain
-these words. The table is also written to outputs/bench/bench.json.
+one of these words (``only=slack,fault``). The table is also written to outputs/bench/bench.json.
 """
 
 import os
@@ -13,12 +13,13 @@ from typing import Any
 from rich.console import Console
 from rich.table import Table
 
-from belt_sim.io import ROOT, provenance, write_json, write_with
+from belt_sim.io import ROOT, provenance, write_json
 from belt_sim.jax_setup import prepare
 from studies.application import show_help
 from studies.bench.commands import ROWS, measure
 
 SCHEMA = "belt-bench/2"
+TICKS = (0.01, 0.03, 0.1, 0.3, 1, 3, 10, 30, 100)  # [s]
 FILE = ROOT / "outputs" / "bench" / "bench.json"
 
 
@@ -37,7 +38,7 @@ def main() -> None:
     content["machine"] = {"cores": os.cpu_count(), "load": os.getloadavg()[0], "processor": platform.processor()}
     console.print(str(write_json(FILE, content | {"provenance": provenance()})))
     if "picture" in options:
-        write_with(Path(options["picture"]), lambda path: _draw(path, found))
+        _draw(Path(options["picture"]), found)
 
 
 def _commands(found: list[dict[str, Any]]) -> Table:
@@ -54,22 +55,30 @@ def _commands(found: list[dict[str, Any]]) -> Table:
 
 
 def _draw(path: Path, found: list[dict[str, Any]]) -> None:
-    """Draw the CPU time of every row, the earlier version (if measured) as a grey bar behind it."""
-    from matplotlib.figure import Figure
+    """Draw the CPU time of every row as a dot, that of the earlier version (if measured) as a ring beside it."""
+    from belt_sim.show import style
 
     names = [row.name for row in ROWS if any(f["row"] == row.name for f in found)][::-1]
-    figure = Figure(figsize=(7.5, 0.36 * len(names) + 1.5), layout="constrained")
-    axes = figure.subplots()
-    for tree, colour, height in ((False, "0.8", 0.8), (True, "#1f5fa8", 0.45)):
-        of_tree = {f["row"]: f["cpu_s"] for f in found if (f["tree"] == str(ROOT)) == tree}
-        label = "this version" if tree else "before"
-        axes.barh(names, [of_tree.get(n, 0.0) for n in names], height, color=colour, label=label)
-        for k, name in enumerate(names if tree else ()):
-            axes.text(of_tree[name] * 1.08, k, f"{of_tree[name]:.3g} s", va="center", fontsize=8)
-    axes.set(xscale="log", xlabel="CPU time of the whole process tree [s]")
-    axes.legend(frameon=False, loc="lower right")
-    axes.spines[["top", "right"]].set_visible(False)
-    figure.savefig(path)
+    now, before = ({f["row"]: f["cpu_s"] for f in found if (f["tree"] == str(ROOT)) == own} for own in (True, False))
+    with style.in_look():
+        figure, [[axes]] = style.figure(7.5, 0.34 * len(names) + 1.5)
+        for k, name in enumerate(names):
+            ends = [now[name], before.get(name, now[name])]
+            axes.plot(ends, [k, k], color=style.FAINT_INK, linewidth=1.2, zorder=1)
+            for x in {*ends}:
+                shift, align = (-7, "right") if x < max(ends) else (7, "left")
+                axes.annotate(f"{x:.3g} s", (x, k), (shift, 0), textcoords="offset points", ha=align, va="center")
+        axes.plot(
+            [*before.values()], [names.index(n) for n in before], "o", mfc="none", color=style.INK, label="before"
+        )
+        axes.plot([*now.values()], [names.index(n) for n in now], "o", color=style.AFTER_COLOUR, label="this version")
+        axes.set_yticks(range(len(names)), names)
+        axes.set(xscale="log", xlabel="CPU time of the whole process tree [s]", ylim=(-0.6, len(names) - 0.4))
+        axes.set_xticks(TICKS, [f"{t:g}" for t in TICKS])
+        axes.set_xticks([], minor=True)
+        axes.set_xlim(min(now.values()) / 5.0, 4.0 * max([*now.values(), *before.values()]))
+        figure.legend(loc="outside lower center", ncols=2)
+        style.save(figure, path)
 
 
 if __name__ == "__main__":

@@ -91,7 +91,9 @@ def main() -> None:
     made = [record(Path(tree), campaign, model) for tree in trees]
     for axes, tree, (stacks, seconds) in zip(panels, trees, made, strict=True):
         draw(axes, stacks, seconds, max(s for _, s in made))
-        axes.set_title(f"{campaign}, {Path(tree).resolve().name}: {seconds:.0f} CPU s", loc="left", fontsize=8)
+        version = ["git", "-C", tree, "log", "-1", "--format=version of %cs, %h"]
+        said = subprocess.run(version, check=True, capture_output=True, text=True).stdout.strip()
+        axes.set_title(f"{campaign}, {said}: {seconds:.0f} CPU s", loc="left", fontsize=8)
     panels[-1].set_xlabel("CPU time [s]", fontsize=8)
     write_with(Path(picture), lambda path: figure.savefig(path, dpi=150))
 
