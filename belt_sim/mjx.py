@@ -40,11 +40,7 @@ __all__ = [
 ]  # fmt: skip
 
 
-# A belt to be steered, as an environment in the form of MuJoCo Playground: reset, step, observation, reward.
-#
-# Belts run on MJX at their tension and speed. From a reset on, the tail pulley stands askew by an unknown angle, may be
-# conical, and the tension is one of several; the action turns the tail pulley. ``reset`` and ``step`` are pure
-# functions for jax.jit, jax.vmap (one key, one action a belt) and jax.grad; they want float64 (``jax_enable_x64``).
+# ---- a belt to be steered, as an environment in the form of MuJoCo Playground
 
 SETS_IN = 0.1  # [m] of travel over which what is wrong with the pulley sets in after a reset
 
@@ -70,10 +66,13 @@ class Ranges:
 
 
 class SteeringEnvironment:
-    """Belts of one mesh that differ in tension, each to be kept where it was at the reset.
+    """Belts of one mesh that differ in tension, each to be kept where it was at the reset; from then on the tail pulley
+    stands askew by an unknown angle, and may be conical.
 
-    The action, between -1 and 1, is the yaw of the tail pulley over ``most_yaw`` [rad], which it reaches evenly over
-    ``control_travel`` [m], the travel of one ``step``. reward = -(y1 / y_scale)^2 - effort (change of action)^2.
+    ``reset`` and ``step`` are pure functions for jax.jit, jax.vmap (one key, one action a belt) and jax.grad; they want
+    float64 (``jax_enable_x64``). The action, between -1 and 1, is the yaw of the tail pulley over ``most_yaw`` [rad],
+    which it reaches evenly over ``control_travel`` [m], the travel of one ``step``. reward = -(y1 / y_scale)^2 - effort
+    (change of action)^2.
     """
 
     action_size, observation_size = 1, 8

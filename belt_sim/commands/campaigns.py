@@ -74,18 +74,17 @@ def import_command(run_dir: RunDir) -> None:
     files = [config["files"]] if isinstance(config["files"], str | int | float) else config["files"]
     if not isinstance(files, list):
         raise InputError("files", files, "", "write file names after the command, or files=[a.csv,b.csv]")
-    named = {key: None if config[key] in (None, False) else config[key] for key in ("mapping", "draft", "out")}
-    for key, value in named.items():
-        if isinstance(value, bool | list):
-            raise InputError(key, value, "", "write the name of a file (of a folder for out), or null")
-        named[key] = None if value is None else str(value)
+    named = {key: None if config[key] is None else str(config[key]) for key in ("draft", "out")}
+    for key in ("mapping", *named):
+        if isinstance(config[key], bool | list):
+            raise InputError(key, config[key], "", "write the name of a file (of a folder for out), or null")
     if named["draft"] is not None and (named["out"] is not None or config["overwrite"] is True):
         key = "out" if named["out"] is not None else "overwrite"
         raise InputError(key, named.get(key, "true"), "", "goes without draft, which writes no campaign")
     import_files(
         [str(f) for f in files],
         Path(named["out"] or run_dir.path / "campaign"),
-        mapping=named["mapping"],
+        mapping=config["mapping"],
         draft=named["draft"],
         overwrite=config["overwrite"],
         pictures=config["pictures"],

@@ -15,7 +15,7 @@ from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves, Frame, Observer, read_curves, write_curves
 from belt_sim.errors import BeltError, InputError, SimulationError, finite
 from belt_sim.io import provenance, write_json, write_text, write_with
-from belt_sim.model import AnalyticModel, Model, SteadyModel
+from belt_sim.model import Model, SteadyModel
 from belt_sim.results.simulation import Simulation, summary_json
 from belt_sim.settings import case_from, make_case, model_settings
 from belt_sim.show.terminal import (
@@ -243,8 +243,7 @@ class CurvesSoFar(Observer):
 
 def in_time(model: Model | SteadyModel) -> bool:
     """Whether a run of the model goes through its instants one by one, so that it can be watched meanwhile."""
-    by_formula = isinstance(model, AnalyticModel) or not isinstance(model, Model)
-    return not by_formula and getattr(model, "engine", "native") in WATCHED
+    return getattr(model, "engine", None) in WATCHED
 
 
 def observers_of(model: Model | SteadyModel, watch: str | None, title: str, folder: Path) -> list[Observer]:

@@ -61,7 +61,7 @@ def test_faces_narrower_than_the_belt_are_told_before_a_run():
 
 
 @pytest.mark.parametrize(
-    ("option", "says"), [("draft=true", "draft = True: write the name"), ("mapping=5", "5: cannot")]
+    ("option", "says"), [("draft=true", "draft = True: write the name"), ("mapping=5", "mapping = 5: give a mapping")]
 )
 def test_a_draft_or_mapping_that_is_no_file_is_one_line(tmp_path, monkeypatch, capsys, option, says):
     monkeypatch.chdir(tmp_path)
