@@ -39,6 +39,8 @@ from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 if TYPE_CHECKING:
     import pandas as pd
 
+    from belt_sim.api.table import SweepTable
+
 #: setting -> (name of its column, what one unit is in SI)
 SWEPT_SETTINGS = {
     "tension": ("tension_n_per_mm2", N_PER_MM2),
@@ -87,7 +89,7 @@ def sweep(
     at: Sequence[float] | None = None,
     workers: int | None = None,
     tell: Callable[[float], None] = lambda share: None,
-) -> "pd.DataFrame":
+) -> "SweepTable":
     """A table of the grid of all values, a row a case: late rates, positions, offsets, overshoot, slackest edge,
     whether the rates have settled.
 
@@ -97,7 +99,7 @@ def sweep(
 
     travel [m]: None gives steady rates in closed form alone; at [m]: travels at which positions are told, None for 1
     and 10; workers: threads, None for one a core; tell: hears what share of the cases is newly done.
-    ``bs.plot`` draws the table; ``table.attrs["beyond"]``: limits of validity, a sentence each. Raises
+    ``table.plot()`` draws it, as ``bs.plot``; ``table.attrs["beyond"]``: limits of validity, a sentence each. Raises
     InputError, CannotRepresent.
     """
     if travel is None and at is not None:
@@ -133,11 +135,11 @@ def sweep(
             found = _in_chunks(work, values[rows], 1, 1, lambda cases: tell(cases / count))
         for column, numbers in zip(names, found.T, strict=True):
             told.setdefault(column, np.full(count, np.nan))[rows] = numbers
-    import pandas as pd
+    from belt_sim.api.table import SweepTable
 
     if "settled" in told:
         told["settled"] = told["settled"] == 1.0
-    table = pd.DataFrame(dict(zip((a.column for a in axes), columns, strict=True)) | {"model": chosen} | told)
+    table = SweepTable(dict(zip((a.column for a in axes), columns, strict=True)) | {"model": chosen} | told)
     table.attrs["axes"] = {a.column: len(a.values) for a in axes}
     table.attrs["beyond"] = grid.beyond(table, model)
     return table

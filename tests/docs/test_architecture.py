@@ -57,7 +57,7 @@ ALONG = BatchEngine(lay_case, in_batches)
 #: two sensors: the mean roll of both spans, and the mean position on the upper side of both pulleys
 SENSORS = {
     "belt_sim/campaign/types.py": (
-        '    "lower_mid_span": "tilt",\n',
+        '    **dict.fromkeys(("upper_mid_span", "lower_mid_span"), "tilt"),\n',
         '    "both_spans": "tilt",\n    "both_pulleys": "lateral",\n',
     ),
     "belt_sim/diagnosis/forward.py": (

@@ -1,9 +1,11 @@
 """Pictures of a sweep are keyed by what was swept."""
 
+import pickle
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
+import pandas as pd
 import pytest
 from moving_belt import case, curves
 
@@ -105,6 +107,21 @@ def test_a_table_of_rates_is_drawn_hollow_where_they_have_not_settled(table):
     assert list(steady.get_ydata()) == list(table["steady_rate_mm_per_m"])
     drawn = {line.get_markerfacecolor() == "white": list(line.get_ydata()) for line in dots}
     assert drawn == {not there: list(rows["rate1_mm_per_m"]) for there, rows in table.groupby("settled")}
+
+
+def test_a_table_draws_itself_and_its_parts_are_plain(table, tmp_path):
+    assert table.plot(tmp_path / "x.png").save(tmp_path / "y.png").is_file()
+    assert (tmp_path / "x.png").is_file()
+    drawn = (table.plot(kind="offset_upper_mm"), bs.plot(table, kind="offset_upper_mm"))
+    assert drawn[0].axes[0].get_ylabel() == drawn[1].axes[0].get_ylabel()
+    for plain in (table.copy(), table[["model"]], pd.concat([table, table])):
+        assert type(plain) is pd.DataFrame
+    assert pickle.loads(pickle.dumps(table)).attrs == table.attrs
+    pd.testing.assert_frame_equal(table.to_pandas(), pd.DataFrame(table))
+    lines = str(table).splitlines()
+    assert lines[0].split() == ["tension_n_per_mm2", "rate1", "rate2", "rate3", "rate4", "settled"]
+    assert max(map(len, lines)) <= 80
+    assert len(lines) == 6
 
 
 def test_a_map_of_rates_that_have_not_settled_is_of_the_steady_ones_and_ends_where_its_cases_do():
