@@ -233,11 +233,11 @@ class Decision:
         """The probability of something unknown if a further law beside the effects ``ids`` explained the most that one
         may."""
         law = LawEvidence(words="", gain=self.most_of_a_law(table, ids), cost=0.0, sizes=1)
-        return _unknown_with_laws(table, ids, [law], policy)
+        return unknown_with_laws(table, ids, [law], policy)
 
     def could_change(self, table: EvidenceTable, ids: Ids, laws: Iterable[LawEvidence], policy: Policy) -> bool:
         """Whether something unknown is likelier than ``alarm``, or would be with these laws beside the effects."""
-        return _unknown_with_laws(table, ids, laws, policy) > policy.alarm
+        return unknown_with_laws(table, ids, laws, policy) > policy.alarm
 
     def most_of_a_law(self, table: EvidenceTable, ids: Ids) -> float:
         """chi2 that a law beside the effects ``ids`` may explain, less what its form costs: what the likeliest effects
@@ -254,7 +254,7 @@ class Decision:
         return next(row.chi2 for row in table.rows if not row.ids) - known.get(ids, 0.0)
 
 
-def _unknown_with_laws(table: EvidenceTable, ids: Ids, laws: Iterable[LawEvidence], policy: Policy) -> float:
+def unknown_with_laws(table: EvidenceTable, ids: Ids, laws: Iterable[LawEvidence], policy: Policy) -> float:
     """The probability of something unknown with these laws as well beside the effects ``ids``."""
     rows = tuple(replace(b, laws=(*b.laws, *laws)) if b.ids == ids else b for b in table.unknown)
     return sum(e.probability for e in explanations(replace(table, unknown=rows), policy) if e.unknown)

@@ -47,14 +47,18 @@ class LawSearch:
         else:
             pair = LawEvidence(words="two terms", gain=most, cost=TERM, sizes=2)
             outcome = search_law(
-                data, self.tell, pairs=matters([pair]), matters=lambda some: matters([*map(_law, some)])
+                data,
+                self.tell,
+                pairs=matters([pair]),
+                matters=lambda some: matters([*map(law_evidence, some)]),
+                rival=asked.rival,
             )
         data.forget_inputs()
         result, made = LawResult(partial(describe_discovery, outcome)), outcome.best
         if made is None:
             return result
         return replace(
-            result, law=_law(ScoredLaw(made.scored.law, made.gain, made.worth)), fit=made.fit, bench=made.bench
+            result, law=law_evidence(ScoredLaw(made.scored.law, made.gain, made.worth)), fit=made.fit, bench=made.bench
         )
 
 
@@ -68,12 +72,13 @@ def unknown_evidence(data: SearchData) -> UnknownEvidence:
     return UnknownEvidence(
         ids=frozenset(data.fit.ids),
         courses=np.array(latent_gains),
-        laws=tuple(_law(s) for s in distinct_families(ones, LAWS)),
+        laws=tuple(law_evidence(s) for s in distinct_families(ones, LAWS)),
         tried=max(len(ones.gain) / len(exponents_of(data)), 1.0),
     )
 
 
-def _law(scored: ScoredLaw) -> LawEvidence:
+def law_evidence(scored: ScoredLaw) -> LawEvidence:
+    """A law as the table of evidence has it."""
     terms = scored.law.terms
     return LawEvidence(
         words=f"{terms[0].place.words}: {formula(scored.law)}",

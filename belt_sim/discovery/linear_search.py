@@ -7,13 +7,14 @@ All sizes are free; gains are those beside the nuisances and the chosen effects.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import groupby
+from itertools import groupby, pairwise
 from typing import Any, TypeVar
 
 import numpy as np
 
-from belt_sim.discovery.responses import HIDDEN, States, single_precision
-from belt_sim.discovery.search_data import SearchData, course_travel, variable
+from belt_sim.diagnosis.fit import Fit
+from belt_sim.discovery.responses import HIDDEN, ResidualProjector, States, single_precision
+from belt_sim.discovery.search_data import SearchData, course_travel, projector_of, variable
 from belt_sim.effects.law import SPAN_NAMES, WRAPPED, Form, Law, Place, Term
 
 # Inner products of the columns of all forms at a place with whitened vectors, run by run.
@@ -214,12 +215,13 @@ class ScoredLaw:
 class RankedLaws:
     """Laws of one term, best first; an iteration makes them one by one.
 
-    tables: place, its forms and an exponent; gain, score: of every form of every table.
+    tables: place, its forms and an exponent; gain, score: of every form of every table; beside: gains beside effects.
     """
 
     tables: list[tuple[Place, list[Form], float]]
     gain: np.ndarray
     score: np.ndarray
+    beside: np.ndarray
 
     def __iter__(self) -> Iterator[ScoredLaw]:
         starts = np.cumsum([0, *(len(forms) for _, forms, _ in self.tables)])
@@ -238,17 +240,17 @@ def cost(law: Law) -> float:
     return found
 
 
-def gains(blocks: Sequence[Products], weight: np.ndarray, beside: list[int], inverse, along) -> np.ndarray:
+def gains(blocks: Sequence[Products], weight: np.ndarray, vectors: slice, inverse, along) -> np.ndarray:
     """chi2 gains (F,) of the forms of all blocks with run weights (R,).
 
-    Vector 0 of the products is what is explained, ``beside`` are those taken out; inverse: of their Gram matrix and
-    prior; along (c,): their products with vector 0.
+    The first of some ``vectors`` of the products is what is explained, the others are taken out; inverse: of their Gram
+    matrix and prior; along (c,): their products with the first.
     """
     found, square = [], weight**2
     for p in blocks:
-        vectors, k = p.with_vectors, p.waves
-        whole = (weight.astype(vectors.dtype) @ vectors.reshape(len(weight), -1)).reshape(vectors.shape[1:])
-        onto = whole[:, beside]
+        seen, k = p.with_vectors, p.waves
+        whole = (weight.astype(seen.dtype) @ seen.reshape(len(weight), -1)).reshape(seen.shape[1:])[:, vectors]
+        onto = whole[:, 1:]
         pull, reduced = whole[:, 0] - onto @ (inverse @ along), onto @ inverse
         own = p.own @ square
         left = own - np.einsum("fc,fc->f", reduced, onto)
@@ -266,21 +268,44 @@ def gains(blocks: Sequence[Products], weight: np.ndarray, beside: list[int], inv
     return np.concatenate(found)
 
 
-def single_term_laws(data: SearchData) -> RankedLaws:
-    """Every form at every place with every exponent, best first."""
-    g = data.projector
-    targets, beside = Targets(np.concatenate([g.residual[None], g.shared])), list(range(1, 1 + len(g.shared)))
-    tables, found, prices = [], [], []
+def single_term_laws(data: SearchData, rival: ResidualProjector | None = None) -> RankedLaws:
+    """Every form at every place with every exponent, best first; rival: beside the effects of another fit, too."""
+    several = [g for g in (data.projector, rival) if g is not None]
+    targets = Targets(np.concatenate([v for g in several for v in (g.residual[None], g.shared)]))
+    ends = np.cumsum([0, *(1 + len(g.shared) for g in several)])
+    own = [(slice(*pair), g.inverse, g.shared_residual) for pair, g in zip(pairwise(ends), several, strict=True)]
+    tables, found, beside, prices = [], [], [], []
     for place, forms, blocks in form_products(data, data.places_to_try, targets):
         kind = ("prices", place.kind, place.is_carried, data.wide)
         costs = (cost(Law((Term(place, form),))) for form in forms)
         price = data.compute_once(kind, partial(np.fromiter, costs, float), data.states)
         for n in exponents_of(data):
             tables.append((place, forms, n))
-            found.append(gains(blocks, data.weight(n), beside, g.inverse, g.shared_residual))
+            found.append(gains(blocks, data.weight(n), *own[0]))
+            beside += [gains(blocks, data.weight(n), *one) for one in own[1:]]
             prices.append(price + EXPONENT_PRICE * (n != 0.0))
     gain = np.concatenate(found).astype(float)
-    return RankedLaws(tables, gain, gain - np.concatenate(prices))
+    return RankedLaws(tables, gain, gain - np.concatenate(prices), np.concatenate(beside) if beside else gain)
+
+
+STEEPEST_SHAPE = 3.0  # power of what it reads, with which a law goes: a cube
+
+
+def most_in_place(data: SearchData, rival: Fit) -> tuple[RankedLaws, ScoredLaw]:
+    """Laws of one term, and the most that one of them may explain in the place of the effects of another fit.
+
+    Of G, the chi2 that a law and the effects explain together, a law alone explains g = G cos^2(angle). In the linear
+    range both are known of every form. At work a law moves what it reads, by a share sqrt(G)/|y| of the whitened
+    readings at most, and its column with it, by STEEPEST_SHAPE times that angle: towards what is left, at best.
+    """
+    ranked = single_term_laws(data, projector_of(data.bench, rival))
+    together = np.maximum(data.fit.chi2 - rival.chi2 + ranked.beside, 1e-30)
+    readings = float(np.linalg.norm(data.bench.metric.whiten(data.bench.fitted.y)))
+    apart = np.arccos(np.sqrt(np.clip(ranked.gain / together, 0.0, 1.0)))
+    turned = np.maximum(apart - STEEPEST_SHAPE * np.sqrt(together) / readings, 0.0)
+    most = np.maximum(together * np.cos(turned) ** 2, ranked.gain)
+    best = next(iter(replace(ranked, gain=most, score=ranked.score + most - ranked.gain)))
+    return ranked, best
 
 
 def unexplained_elsewhere(data: SearchData, law: Law) -> dict[Place, float]:
@@ -326,7 +351,7 @@ def two_term_laws(data: SearchData, first: ScoredLaw) -> list[ScoredLaw]:
     """The best second terms beside the ``first``, best first."""
     g, own = data.projector, data.columns(first.law)
     vectors = np.concatenate([g.residual[None], g.shared, own])
-    beside, block = list(range(1, len(vectors))), vectors[1:]
+    everything, block = slice(len(vectors)), vectors[1:]
     gram = np.einsum("crm,drm->cd", block, block)
     count = len(g.shared)
     gram[:count, :count] += g.gram - np.einsum("crm,drm->cd", g.shared, g.shared)  # its prior
@@ -334,7 +359,7 @@ def two_term_laws(data: SearchData, first: ScoredLaw) -> list[ScoredLaw]:
     targets, along, found = Targets(vectors), np.einsum("crm,rm->c", block, g.residual), list[ScoredLaw]()
     for place, forms, blocks in form_products(data, data.places_to_try, targets):
         for n in exponents_of(data):
-            gain = gains(blocks, data.weight(n), beside, inverse, along)
+            gain = gains(blocks, data.weight(n), everything, inverse, along)
             for k in np.argsort(-gain)[:SECONDS]:
                 law, both = Law((*first.law.terms, Term(place, forms[k], n))), float(first.gain + gain[k])
                 found.append(ScoredLaw(law, both, both - cost(law)))

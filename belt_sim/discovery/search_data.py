@@ -471,21 +471,24 @@ def campaign_places(samples: Samples) -> tuple[Place, ...]:
     return (*found, Place("travel", sensors=sensors)) if sensors else tuple(found)
 
 
-def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = (), spectra: Spectra | None = None) -> SearchData:
-    """The data for a search of what ``fit`` lacks; among: as in ``impulse_responses``; spectra: of searches beside
-    other fits."""
-    # what runs share is taken out: columns of the bench, and of the free parameters of the fit, which have no prior
+def projector_of(bench: Workbench, fit: Fit) -> ResidualProjector:
+    """Inner products beside what runs share: columns of the bench, and of the free parameters of the fit, which have no
+    prior."""
     metric = replace(bench.metric, shared=(bench.metric.shared[0][:0], bench.metric.shared[1][:0]))
-    runs, shapes = (
-        len(bench.samples.runs),
-        np.concatenate([bench.shared, fit.slopes]) if len(fit.free) else bench.shared,
-    )
-    chosen, shared = np.arange(len(shapes)) >= len(bench.shared), metric.whiten(shapes).reshape(len(shapes), runs, -1)
+    shapes = np.concatenate([bench.shared, fit.slopes]) if len(fit.free) else bench.shared
+    runs, chosen = len(bench.samples.runs), np.arange(len(shapes)) >= len(bench.shared)
+    shared = metric.whiten(shapes).reshape(len(shapes), runs, -1)
     size = np.maximum(np.sqrt(np.sum(shared**2, axis=(1, 2))), 1e-12)
     shared = shared * np.where(chosen, 1.0 / size, 1.0)[:, None, None]
     gram = np.einsum("crm,drm->cd", shared, shared) + np.diag(np.where(chosen, CHOSEN, 1.0))
     residual = metric.whiten(bench.fitted.y - fit.values).reshape(runs, -1)
-    projector = ResidualProjector(metric, residual, shared, gram, np.linalg.pinv(gram, hermitian=True))
+    return ResidualProjector(metric, residual, shared, gram, np.linalg.pinv(gram, hermitian=True))
+
+
+def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = (), spectra: Spectra | None = None) -> SearchData:
+    """The data for a search of what ``fit`` lacks; among: as in ``impulse_responses``; spectra: of searches beside
+    other fits."""
+    projector = projector_of(bench, fit)
     changes = begin_in_thread(lambda: span_changes(bench, fit, among))  # loads its program beside the other's
     responses = impulse_responses(bench, fit, among)
     design = design_matrices(bench, projector, responses, bench.forward.effects_at(fit.vector, fit.ids))
