@@ -3,15 +3,23 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import groupby
 
 import numpy as np
 
 from belt_sim.diagnosis.decide import LawEvidence, UnknownEvidence
-from belt_sim.diagnosis.examine import MANY_READINGS, LawResult, Matters
+from belt_sim.diagnosis.examine import LawResult, Matters
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.discovery.linear_search import TERM, ScoredLaw, distinct_families, exponents_of, single_term_laws
-from belt_sim.discovery.search_data import SearchData, Spectra, search_data_of
+from belt_sim.discovery.linear_search import (
+    TERM,
+    RankedLaws,
+    ScoredLaw,
+    distinct_families,
+    exponents_of,
+    single_term_laws,
+)
+from belt_sim.discovery.search_data import LatentInput, SearchData, Spectra, has_many_readings, search_data_of
 from belt_sim.discovery.selection import search_law
 from belt_sim.discovery.words import describe_discovery, formula
 
@@ -31,14 +39,16 @@ class LawSearch:
         """What is seen beside a fit in the linear range."""
         data = search_data_of(bench, fit, among, self.spectra)
         additive = all(c.is_additive() for c in bench.forward.classes if c.id in fit.ids)
-        if additive and bench.samples.y.size <= MANY_READINGS:  # more take less time than memory
+        if additive and not has_many_readings(bench):  # more take less time than memory
             self.begun[frozenset(fit.ids)] = data
         found = unknown_evidence(data)
         data.forget_inputs()
         return found
 
-    def law(self, bench: Workbench, fit: Fit, matters: Matters | None = None, most: float = np.inf) -> LawResult:
-        """The law of what is seen beside a fit, with its joint fit; matters, most: as in ``LawFinder``."""
+    def law(
+        self, bench: Workbench, fit: Fit, matters: Matters | None = None, most: float = np.inf, rival: Fit | None = None
+    ) -> LawResult:
+        """The law of what is seen beside a fit, with its joint fit; matters, most, rival: as in ``LawFinder``."""
         data = self.begun.pop(frozenset(fit.ids), None)
         if data is None or data.bench is not bench or data.fit is not fit:
             data = search_data_of(bench, fit, spectra=self.spectra)
@@ -51,7 +61,7 @@ class LawSearch:
                 self.tell,
                 pairs=matters([pair]),
                 matters=lambda some: matters([*map(law_evidence, some)]),
-                rival=asked.rival,
+                rival=rival,
             )
         data.forget_inputs()
         result, made = LawResult(partial(describe_discovery, outcome)), outcome.best
@@ -67,8 +77,16 @@ def unknown_evidence(data: SearchData) -> UnknownEvidence:
 
     A latent input at one sensor that differs from run to run is no law: it is that instrument's wander.
     """
-    ones = single_term_laws(data)
-    latent_gains = [c.gain for c in data.latent_inputs if not (c.place.kind == "sensor" and c.pool == "each run")]
+    by_kind = [data]
+    if has_many_readings(data.bench):  # what a kind of place needs is dropped before the next
+        kinds = groupby(data.places, key=lambda place: (place.kind, place.is_carried))
+        by_kind = [replace(data, places=tuple(some)) for _, some in kinds]
+    ranked, latent_inputs = list[RankedLaws](), list[LatentInput]()
+    for some in by_kind:
+        ranked.append(single_term_laws(some))
+        latent_inputs += some.latent_inputs
+    ones = RankedLaws.of_all(ranked)
+    latent_gains = [c.gain for c in latent_inputs if not (c.place.kind == "sensor" and c.pool == "each run")]
     return UnknownEvidence(
         ids=frozenset(data.fit.ids),
         courses=np.array(latent_gains),

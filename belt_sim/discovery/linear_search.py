@@ -75,7 +75,7 @@ def form_products(
         kind = ("forms", alike[0].kind, alike[0].is_carried, data.wide)
         blocks = data.compute_once(kind, partial(_blocks, data, alike[0], at_once), data.states)
         for channel in {channel for place in alike for channel, _ in place.parts} - set(targets.channels):
-            targets.channels[channel] = data.design[channel].swapaxes(0, 1) @ targets.double
+            targets.channels[channel] = data.design(channel).swapaxes(0, 1) @ targets.double
         along = list[np.ndarray]()  # (R, J, q), for an input that all parts of a place share
         for place in alike:
             own = [(np.asarray(data.states.channel_gain(place, *part), dtype=float), part[0]) for part in place.parts]
@@ -133,7 +133,7 @@ def _plain_lengths(data: SearchData, place: Place, block: Block, inputs: np.ndar
     found, norms = _rows(data, place, block), 0.0
     own = np.einsum("rfm,rfm->rf", found, found)
     for channel, part in place.parts:  # the largest that a response to an input of 1 in each cell can have, (R, J)
-        each = data.compute_once(("norms", channel), partial(np.linalg.norm, data.design[channel], axis=2)).T
+        each = data.compute_once(("norms", channel), partial(np.linalg.norm, data.design(channel), axis=2)).T
         norms = norms + each * np.abs(data.states.channel_gain(place, channel, part))
     most = (np.abs(inputs) @ np.asarray(norms)[..., None])[..., 0]
     faint = np.any(own < np.square(CANCELS * most), axis=0)
@@ -141,7 +141,7 @@ def _plain_lengths(data: SearchData, place: Place, block: Block, inputs: np.ndar
         found = found.copy()  # the rows are kept for other places
         own = [np.broadcast_to(data.states.channel_gain(place, *part), data.states.beta.shape) for part in place.parts]
         for r, some in enumerate(inputs[:, faint]):  # one run at a time takes little memory
-            exact = sum(data.design[c][:, r] * gain[r, :, None] for (c, _), gain in zip(place.parts, own, strict=True))
+            exact = sum(data.design(c)[:, r] * gain[r, :, None] for (c, _), gain in zip(place.parts, own, strict=True))
             found[r, faint] = some @ exact
     return _lengths(found, block.waves)
 
@@ -159,7 +159,7 @@ def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
         kept["of"] = kind, block
     of_all_spans = replace(place, where="both") if place.where in SPAN_NAMES else place
     for channel, part in place.parts:
-        share, op = np.asarray(states.span_share(place, part)), data.design[channel].swapaxes(0, 1)
+        share, op = np.asarray(states.span_share(place, part)), data.design(channel).swapaxes(0, 1)
         if not np.any(share):  # the place acts in no run
             continue
         if channel in kept:
@@ -223,6 +223,12 @@ class RankedLaws:
     score: np.ndarray
     beside: np.ndarray
 
+    @classmethod
+    def of_all(cls, some: Sequence["RankedLaws"]) -> "RankedLaws":
+        """Those of several kinds of places together."""
+        arrays = (np.concatenate([getattr(r, name) for r in some]) for name in ("gain", "score", "beside"))
+        return cls([table for r in some for table in r.tables], *arrays)
+
     def __iter__(self) -> Iterator[ScoredLaw]:
         starts = np.cumsum([0, *(len(forms) for _, forms, _ in self.tables)])
         for k in np.argsort(-self.score, kind="stable"):
@@ -284,8 +290,8 @@ def single_term_laws(data: SearchData, rival: ResidualProjector | None = None) -
             found.append(gains(blocks, data.weight(n), *own[0]))
             beside += [gains(blocks, data.weight(n), *one) for one in own[1:]]
             prices.append(price + EXPONENT_PRICE * (n != 0.0))
-    gain = np.concatenate(found).astype(float)
-    return RankedLaws(tables, gain, gain - np.concatenate(prices), np.concatenate(beside) if beside else gain)
+    gain, price, further = (np.concatenate([np.empty(0), *some]).astype(float) for some in (found, prices, beside))
+    return RankedLaws(tables, gain, gain - price, further)
 
 
 STEEPEST_SHAPE = 3.0  # power of what it reads, with which a law goes: a cube

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
+from itertools import product
 from typing import Any
 
 import jax
@@ -99,7 +100,8 @@ class ImpulseResponses:
 
     grid (J,): travels [m] at which an input is given, linear in between; fine (n,): travels of the records;
     curves (R, 12, n): y and angle at run-up tail, run-up head, run-off tail, run-off head, then moment and tilt of the
-    span up the tail and up the head; pulses (R, channels, 12, n): what a pulse of height 1 at grid[1] adds.
+    span up the tail and up the head; pulses (R, channels, 12, n): what a pulse of height 1 at grid[1] adds, in single
+    precision.
     """
 
     grid: np.ndarray
@@ -139,7 +141,8 @@ def impulse_responses(bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> 
     for low in range(0, len(cases.settings.tension), RUNS_AT_ONCE):
         settings = jax.tree.map(lambda x, low=low: x[low : low + RUNS_AT_ONCE], cases.settings)
         made = march(acting, replace(cases, settings=settings), step, travel / steps, steps)
-        found.append([np.asarray(x)[..., : steps + 1] for x in made])
+        curves, pulses = (np.asarray(x)[..., : steps + 1] for x in made)
+        found.append((curves, pulses.astype(np.float32)))
     curves, pulses = (np.concatenate(rows)[: len(samples.runs)] for rows in zip(*found, strict=True))
     fine = np.linspace(0.0, travel, steps + 1)
     return ImpulseResponses(grid=step * np.arange(cells), fine=fine, curves=curves, pulses=pulses)
@@ -287,39 +290,43 @@ def single_precision(x: np.ndarray) -> np.ndarray:
     away, make a matrix product take seven times as long.
     """
     found = x.astype(np.float32)
-    found[np.abs(found) < np.finfo(np.float32).tiny] = 0.0
+    for rows in found:  # one at a time takes little memory
+        rows[np.abs(rows) < np.finfo(np.float32).tiny] = 0.0
     return found
 
 
-def design_matrices(
-    bench: Workbench, projector: ResidualProjector, responses: ImpulseResponses, effects: Sequence[Effect]
-) -> dict[str, np.ndarray]:
-    """Channel, signal of a lateral sensor, or roll that tilt sensors show -> (J, R, m), whitened responses to an input
-    of height 1 in each cell of the grid."""
+def design_matrix(
+    bench: Workbench, projector: ResidualProjector, responses: ImpulseResponses, shown: np.ndarray, name: str
+) -> np.ndarray:
+    """Whitened responses (J, R, m) to an input of height 1 in each cell of the grid: at a channel, at a lateral sensor
+    by the name of its signal, or in a roll that tilt sensors show; shown (R, n + 1): true travels of all readings, and
+    of the yaw."""
     samples, grid = bench.samples, responses.grid
-    shown = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
-    true = np.asarray(in_float64(true_travel)(effects, samples.cases, shown.T)).T if effects else shown
-    names = [*CHANNELS, *(s.name for s in samples.signals if s.kind == "lateral")]
-    names += ROLLS if any(s.kind == "tilt" for s in samples.signals) else ()
-    rows = {}
-    for name in names:
-        found = np.zeros((len(grid), *samples.y.shape), np.float32)
-        for r, run in enumerate(samples.runs):
-            for s, signal in enumerate(samples.signals):
-                row = curve_row(signal.at, run.direction)
-                if row is None:
-                    continue  # the search for a law does not read it
-                if name in CHANNELS:
-                    pulse = responses.pulses[r, CHANNELS.index(name), row].astype(np.float32)
-                    read = responses.cell_responses(pulse, true[r])
-                elif signal.name == name or (name in ROLLS and row == TILT_ROW + ROLLS.index(name)):  # itself
-                    read = np.maximum(0.0, 1.0 - np.abs(true[r][:, None] - grid[None]) / (grid[1] - grid[0]))
-                else:
-                    continue
-                found[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
-        white = np.ascontiguousarray(projector.whiten(found).swapaxes(0, 1))  # of a run side by side in memory
-        rows[name] = single_precision(white).swapaxes(0, 1)
-    return rows
+    found = np.zeros((len(grid), *samples.y.shape), np.float32)
+    for (r, run), (s, signal) in product(enumerate(samples.runs), enumerate(samples.signals)):
+        row = curve_row(signal.at, run.direction)
+        if row is None:
+            continue  # the search for a law does not read it
+        if name in CHANNELS:
+            read = responses.cell_responses(responses.pulses[r, CHANNELS.index(name), row], shown[r])
+        elif signal.name == name or (name in ROLLS and row == TILT_ROW + ROLLS.index(name)):  # itself
+            read = np.maximum(0.0, 1.0 - np.abs(shown[r][:, None] - grid[None]) / (grid[1] - grid[0]))
+        else:
+            continue
+        found[:, r, s] = (read[:-1] - (read[-1] if signal.kind == "lateral" else 0.0)).T
+    found = projector.whiten(found).swapaxes(0, 1)
+    return single_precision(np.ascontiguousarray(found)).swapaxes(0, 1)  # of a run side by side in memory
+
+
+def is_shown(samples: Samples, responses: ImpulseResponses, name: str) -> bool:
+    """Whether readings show an input at a channel, or at a sensor."""
+    there = np.isfinite(samples.y).any(axis=2)
+    rows = [[curve_row(s.at, run.direction) for s in samples.signals] for run in samples.runs]
+    at = [(r, row) for r, s in np.argwhere(there) if (row := rows[r][s]) is not None]
+    if name in CHANNELS:
+        return any(np.any(responses.pulses[r, CHANNELS.index(name), row]) for r, row in at)
+    read = there.any(axis=0) & [row is not None for row in rows[0]]
+    return name in {s.name for s, seen in zip(samples.signals, read, strict=True) if seen and s.kind == "lateral"}
 
 
 def curve_row(at: str, direction: float) -> int | None:

@@ -2,13 +2,14 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache, partial
 from hashlib import blake2b
 from threading import Lock
 from typing import Any
 
 import numpy as np
 
+from belt_sim.diagnosis.examine import MANY_READINGS
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.diagnosis.workbench import Workbench
@@ -17,8 +18,9 @@ from belt_sim.discovery.responses import (
     ImpulseResponses,
     ResidualProjector,
     States,
-    design_matrices,
+    design_matrix,
     impulse_responses,
+    is_shown,
     single_precision,
     span_changes,
     states_of,
@@ -36,7 +38,8 @@ from belt_sim.effects.law import (
     Law,
     Place,
 )
-from belt_sim.jax_setup import begin_in_thread
+from belt_sim.jax_setup import begin_in_thread, in_float64
+from belt_sim.line.hooks import true_travel
 
 # The dictionary of forms that a search tries at a place, and their values along the runs.
 
@@ -251,7 +254,8 @@ class LatentInput:
 @dataclass(frozen=True)
 class Spectrum:
     """How the readings bind an input whose prior has one length, by groups of runs: root (K, K) of the prior, unit:
-    mean information of a knot; values (G, K), vectors (G, K, K): of the information, eigen-decomposed beside it."""
+    mean information of a knot; values (G, K), vectors (G, K, K), in single precision: of the information,
+    eigen-decomposed beside it."""
 
     root: np.ndarray
     unit: float
@@ -294,7 +298,7 @@ def _posterior(projector: ResidualProjector, spectrum: Spectrum, pull, shared, s
 
 @dataclass(frozen=True)
 class SearchData:
-    """bench, fit: where the search begins; design: as ``design_matrices`` has it; tension: the reference tension [Pa];
+    """bench, fit: where the search begins; design: name -> ``design_matrix``; tension: the reference tension [Pa];
     wide: whether forms and places are tried that are too many for a test of whether anything is missing; kept: what was
     computed already; spectra: of each place, kept for those who ask next: an input adds the same to the readings
     whatever else does, unless that changes the belt's spans; for the rest see their modules."""
@@ -303,7 +307,7 @@ class SearchData:
     fit: Fit
     projector: ResidualProjector
     responses: ImpulseResponses
-    design: dict[str, np.ndarray]
+    design: Callable[[str], np.ndarray]
     states: States
     places: tuple[Place, ...]
     tension: float
@@ -365,7 +369,7 @@ class SearchData:
 
     def columns_at(self, channel: str, inputs: np.ndarray) -> np.ndarray:
         """Whitened columns (F, R, m) of inputs (F, R, J) at a channel."""
-        op = self.design[channel]
+        op = self.design(channel)
         return np.matmul(single_precision(inputs).swapaxes(0, 1), op.swapaxes(0, 1)).swapaxes(0, 1)
 
     def rows(self, place: Place, forms: list[Form]) -> np.ndarray:
@@ -438,7 +442,7 @@ class SearchData:
                         root = np.linalg.cholesky((1.0 + apart) * np.exp(-apart) + 1e-8 * np.eye(len(fewer.knots)))
                         unit = float(np.mean(np.einsum("gkk->gk", information))) + 1e-300
                         values, vectors = np.linalg.eigh(root.T @ information @ root)
-                        spectra[key] = Spectrum(root, unit, np.maximum(values, 0.0), vectors)
+                        spectra[key] = Spectrum(root, unit, np.maximum(values, 0.0), vectors.astype(np.float32))
                     spectrum = spectra[key]
                 pull = np.einsum("gr,rk->gk", weights, fewer.pull)
                 shared = np.einsum("gr,rkc->gkc", weights, fewer.shared)
@@ -471,6 +475,14 @@ def campaign_places(samples: Samples) -> tuple[Place, ...]:
     return (*found, Place("travel", sensors=sensors)) if sensors else tuple(found)
 
 
+FEW_CHANNELS = 4  # whose responses are kept where there are many readings: those of one kind of place
+
+
+def has_many_readings(bench: Workbench) -> bool:
+    """Whether memory counts for more than time."""
+    return bench.samples.y.size > MANY_READINGS
+
+
 def projector_of(bench: Workbench, fit: Fit) -> ResidualProjector:
     """Inner products beside what runs share: columns of the bench, and of the free parameters of the fit, which have no
     prior."""
@@ -491,12 +503,18 @@ def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = (), spectr
     projector = projector_of(bench, fit)
     changes = begin_in_thread(lambda: span_changes(bench, fit, among))  # loads its program beside the other's
     responses = impulse_responses(bench, fit, among)
-    design = design_matrices(bench, projector, responses, bench.forward.effects_at(fit.vector, fit.ids))
+    effects, samples = bench.forward.effects_at(fit.vector, fit.ids), bench.samples
+    shown = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
+    true = np.asarray(in_float64(true_travel)(effects, samples.cases, shown.T)).T if effects else shown
+    made = partial(design_matrix, bench, projector, responses, true)
     states = states_of(bench, responses, changes())
-    shown = {channel for channel, rows in design.items() if np.any(rows)} | {*ROLLS}
-    places = [p for p in campaign_places(bench.samples) if shown.issuperset(channel for channel, _ in p.parts)]
+    found = campaign_places(samples)
+    channels = {channel for p in found for channel, _ in p.parts}
+    seen = {c for c in channels if c in ROLLS or is_shown(samples, responses, c)}
+    places = [p for p in found if seen.issuperset(channel for channel, _ in p.parts)]
     bent = [p for p in places if not p.relative or any(np.any(states.channel_gain(p, *part)) for part in p.parts)]
     unit = float(f"{np.exp(np.mean(np.log(states.tension))) / 1e6:.1g}") * 1e6
     return SearchData(
-        bench, fit, projector, responses, design, states, tuple(bent), unit, spectra={} if spectra is None else spectra
-    )
+        bench, fit, projector, responses, lru_cache(FEW_CHANNELS if has_many_readings(bench) else None)(made), states,
+        tuple(bent), unit, spectra={} if spectra is None else spectra,
+    )  # fmt: skip

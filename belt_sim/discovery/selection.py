@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -65,7 +65,7 @@ def choose_law(
 ) -> LawChoice:
     """The law that explains most for its numbers; latent: the likeliest input, which says what the states were; pairs:
     whether laws of two terms are tried; ranked: laws of one term, where they are known."""
-    data = replace(data, wide=True)
+    data = replace(data, wide=True, design=lru_cache(None)(data.design))  # laws of all places, one after the other
     read = replace(data, states=states_with(data, latent))
     of_both = ranked or single_term_laws(data), single_term_laws(read)
     tried = [(s, distinct_families(laws, SINGLES)) for s, laws in zip((data, read), of_both, strict=True)]

@@ -70,7 +70,7 @@ def test_the_march_answers_late_as_it_answers_early():
         k = names.index(name)
         slope = bench.forward.expand(vector, [k])[1] / bench.forward.slots[k].scale
         late = data.projector.whiten(slope)[0]
-        own = data.design[name][cell]
+        own = data.design(name)[cell]
         assert np.linalg.norm(late - own) < SIZE * np.linalg.norm(late)
 
 

@@ -35,8 +35,7 @@ def test_spectra_that_are_known_change_nothing():
     """Beside another fit, and where they are of another belt."""
     data = at_few_places(surveyed("yaw_creep"), "yaw_tail", "torsion_both", "sensor_y1")
     twice = replace(data, kept={})  # the spectra are shared, the answer is not
-    stiffer = {name: 1.5 * rows for name, rows in data.design.items()}
-    other = replace(data, design=stiffer, kept={})
+    other = replace(data, design=lambda name: 1.5 * data.design(name), kept={})
     alone = replace(other, spectra={})
     for known, fresh in ((twice, replace(data, spectra={}, kept={})), (other, alone)):
         assert data.latent_inputs

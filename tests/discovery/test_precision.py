@@ -29,7 +29,7 @@ def test_lengths_of_columns_are_as_in_double_precision_also_of_what_cancels():
         place = next(p for p in data.places if p.name == name)
         ((_, forms, blocks),) = form_products(data, [place], Targets(data.projector.residual[None]))
         gains = [np.asarray(data.states.channel_gain(place, *part), dtype=float)[..., None] for part in place.parts]
-        exact = sum(data.design[c].swapaxes(0, 1) * gain for (c, _), gain in zip(place.parts, gains, strict=True))
+        exact = sum(data.design(c).swapaxes(0, 1) * gain for (c, _), gain in zip(place.parts, gains, strict=True))
         for block in blocks:
             own, forms = forms[: len(block.own) - len(block.waves)], forms[len(block.own) - len(block.waves) :]
             if any(f.reads_belt or f.is_carried for f in own):
