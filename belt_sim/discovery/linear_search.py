@@ -12,6 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from belt_sim.diagnosis.decide import POLICY
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.discovery.responses import HIDDEN, ResidualProjector, States, single_precision
 from belt_sim.discovery.search_data import SearchData, course_travel, projector_of, variable
@@ -24,7 +25,7 @@ from belt_sim.effects.law import SPAN_NAMES, WRAPPED, Form, Law, Place, Term
 
 
 Item = TypeVar("Item")
-COLUMN_MEMORY = 2**24  # [bytes] of the columns of forms that are worked on together
+COLUMN_MEMORY = 2**22  # [bytes] of the columns of forms that are worked on together
 FEWEST_AT_ONCE = 64  # of these
 CANCELS = 1e-4  # of what its cells do one by one: a column that is smaller is multiplied in double precision
 
@@ -294,22 +295,35 @@ def single_term_laws(data: SearchData, rival: ResidualProjector | None = None) -
     return RankedLaws(tables, gain, gain - price, further)
 
 
-STEEPEST_SHAPE = 3.0  # power of what it reads, with which a law goes: a cube
+POWERS = {"square": 2.0, "signed_square": 2.0, "cube": 3.0}  # of what it reads, with which a form goes; 1 of others
 
 
 def most_in_place(data: SearchData, rival: Fit) -> tuple[RankedLaws, ScoredLaw]:
     """Laws of one term, and the most that one of them may explain in the place of the effects of another fit.
 
-    Of G, the chi2 that a law and the effects explain together, a law alone explains g = G cos^2(angle). In the linear
-    range both are known of every form. At work a law moves what it reads, by a share sqrt(G)/|y| of the whitened
-    readings at most, and its column with it, by STEEPEST_SHAPE times that angle: towards what is left, at best.
+    Of G, the chi2 that it and the effects explain together, a law explains g = G cos^2(angle); in the linear range both
+    are known of every form, of one with numbers the largest that any give. At work it moves what it reads by a share
+    sqrt(G)/|y| of the whitened readings, and turns by that angle times its power, at best towards what is left. A large
+    change of a span may turn to anything. None rises by more than ``linear`` of what the effects explain.
     """
-    ranked = single_term_laws(data, projector_of(data.bench, rival))
-    together = np.maximum(data.fit.chi2 - rival.chi2 + ranked.beside, 1e-30)
+    ranked, family, powers, count = single_term_laws(data, projector_of(data.bench, rival)), [], [], 0
+    for place, forms, _ in ranked.tables:
+        names: dict[tuple, int] = {}
+        own = [names.setdefault((f.variable, f.shape, f.course, f.timed), len(names)) for f in forms]
+        family.append(np.array(own, dtype=int) + count)
+        powers += [np.inf if place.relative else POWERS.get(f.shape, 1.0) for f in forms]
+        count += len(names)
+    of, power, known = np.concatenate(family), np.array(powers), data.fit.chi2 - rival.chi2
+    gain, beside = np.zeros((2, count))
+    np.maximum.at(gain, of, ranked.gain)
+    np.maximum.at(beside, of, ranked.beside)
+    gain, beside, changing = gain[of], beside[of], np.isinf(power)
+    beside[changing] = beside[changing].max(initial=0.0)
+    together = np.maximum(known + beside, 1e-30)
     readings = float(np.linalg.norm(data.bench.metric.whiten(data.bench.fitted.y)))
-    apart = np.arccos(np.sqrt(np.clip(ranked.gain / together, 0.0, 1.0)))
-    turned = np.maximum(apart - STEEPEST_SHAPE * np.sqrt(together) / readings, 0.0)
-    most = np.maximum(together * np.cos(turned) ** 2, ranked.gain)
+    apart = np.arccos(np.sqrt(np.clip(gain / together, 0.0, 1.0)))
+    turned = np.maximum(apart - power * np.sqrt(together) / readings, 0.0)
+    most = np.minimum(together * np.cos(turned) ** 2, gain + POLICY.linear * known)
     best = next(iter(replace(ranked, gain=most, score=ranked.score + most - ranked.gain)))
     return ranked, best
 
