@@ -36,7 +36,7 @@ from belt_sim.diagnosis.search import NO_EFFECTS, Search, add_fits, extend, row_
 from belt_sim.diagnosis.workbench import Workbench, expand_at_likely_settings, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError
-from belt_sim.jax_setup import WORKERS, begin_in_thread, in_float64, map_in_threads
+from belt_sim.jax_setup import begin_in_thread, in_float64, map_in_threads
 from belt_sim.line.hooks import as_driven
 from belt_sim.line.spans import Composition
 from belt_sim.model import BASE_MODELS, MODELS
@@ -258,8 +258,12 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
         there = {row.ids for row in table.rows}
         fits = [search.fits[frozenset(ids)] for ids in dict.fromkeys(beside) if frozenset(ids) in there]
         sound = [fit for fit in fits if keeps_tension(search.bench, fit)]
-        at_once = 1 if bench.samples.y.size > MANY_READINGS else WORKERS  # each takes memory
-        unknown = map_in_threads(lambda fit: laws.evidence_of_unknown(search.bench, fit, likeliest), sound, at_once)
+        each_takes_memory, evidence_of = bench.samples.y.size > MANY_READINGS, laws.evidence_of_unknown
+
+        def beyond(fit: Fit) -> UnknownEvidence:
+            return evidence_of(search.bench, fit, likeliest)
+
+        unknown = map(beyond, sound) if each_takes_memory else map_in_threads(beyond, sound)
         visible = frozenset(name for name, row in rows.items() if would_show(row, table, POLICY))
         table = replace(table, visible=visible, unknown=tuple(unknown))
 

@@ -15,7 +15,7 @@ import numpy as np
 from belt_sim.diagnosis.decide import POLICY
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.discovery.responses import HIDDEN, ResidualProjector, States, single_precision
-from belt_sim.discovery.search_data import SearchData, course_travel, projector_of, variable
+from belt_sim.discovery.search_data import SearchData, course_travel, has_many_readings, projector_of, variable
 from belt_sim.effects.law import SPAN_NAMES, WRAPPED, Form, Law, Place, Term
 
 # Inner products of the columns of all forms at a place with whitened vectors, run by run.
@@ -98,6 +98,8 @@ def form_products(
                 products.append(Products(inputs @ onto, squares, cross, block.waves))
         forms = [f for block in blocks for f in block.forms]
         yield from zip(alike, [forms] * len(alike), found, strict=True)
+        if has_many_readings(data.bench):
+            data.forget_inputs()
 
 
 def _blocks(data: SearchData, place: Place, at_once: int) -> list[Block]:
