@@ -297,7 +297,11 @@ def single_term_laws(data: SearchData, rival: ResidualProjector | None = None) -
     return RankedLaws(tables, gain, gain - price, further)
 
 
-POWERS = {"square": 2.0, "signed_square": 2.0, "cube": 3.0}  # of what it reads, with which a form goes; 1 of others
+SHAPE_POWERS = {
+    "square": 2.0,
+    "signed_square": 2.0,
+    "cube": 3.0,
+}  # of what it reads, with which a form goes; 1 of others
 
 
 def most_in_place(data: SearchData, rival: Fit) -> tuple[RankedLaws, ScoredLaw]:
@@ -313,7 +317,7 @@ def most_in_place(data: SearchData, rival: Fit) -> tuple[RankedLaws, ScoredLaw]:
         names: dict[tuple, int] = {}
         own = [names.setdefault((f.variable, f.shape, f.course, f.timed), len(names)) for f in forms]
         family.append(np.array(own, dtype=int) + count)
-        powers += [np.inf if place.relative else POWERS.get(f.shape, 1.0) for f in forms]
+        powers += [np.inf if place.relative else SHAPE_POWERS.get(f.shape, 1.0) for f in forms]
         count += len(names)
     of, power, known = np.concatenate(family), np.array(powers), data.fit.chi2 - rival.chi2
     gain, beside = np.zeros((2, count))
