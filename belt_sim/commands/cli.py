@@ -7,6 +7,7 @@ units, file names that need no quotes, and Hydra's errors in one line.
 
 import os
 import re
+import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -33,6 +34,7 @@ PATHS = {
     *("hydra.run.dir", "hydra.sweep.dir"),
 }
 OPEN = ("model", "hydra")  # groups that take keys which their files do not list
+INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
 LONGEST_FOLDER_NAME = 120  # characters of a folder's name; file systems take 255 bytes, and a letter may have four
 
 
@@ -56,6 +58,8 @@ def main() -> None:
             raise
         os.dup2(nowhere, sys.stdout.fileno())  # as Python's documentation has it
         status = _complain(f"{OUTPUT} = {error.strerror or error}: what was finished is kept")
+    if status == INTERRUPTED:  # a thread may still compile, which cannot be stopped: a second Ctrl-C ends the process
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(status)
 
 
@@ -132,7 +136,7 @@ def run_command(arguments: list[str]) -> int:
 
         return _complain(explain(error, "belt-sim"))
     except KeyboardInterrupt:
-        return _complain("stopped; what was finished is kept", status=130)
+        return _complain("stopped; what was finished is kept", status=INTERRUPTED)
 
 
 def run_hydra(command: str, settings: Sequence[str]) -> int:

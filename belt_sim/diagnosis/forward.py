@@ -313,8 +313,14 @@ def finish(works: Sequence[Sequence[Callable[[], None]]]) -> None:
         if len(here) == 1:
             here[0]()
         else:
-            for done in [_POOL.submit(batch) for batch in here]:
-                done.result()
+            begun = [_POOL.submit(batch) for batch in here]
+            try:
+                for batch in begun:
+                    batch.result()
+            except KeyboardInterrupt:  # the process would end after all that wait
+                for batch in begun:
+                    batch.cancel()
+                raise
 
 
 STEP = 0.1  # [m] of the march, where nothing asks for a shorter one (``workbench``)

@@ -1,5 +1,8 @@
 """What the command line says of itself, and the file of a new effect."""
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
@@ -59,3 +62,18 @@ def test_mappings_name_only_what_differs_from_the_standard():
     assert (short.rig.centre_distance, short.rig.head_radius) == (8.0, bs.make_case().rig.head_radius)
     with pytest.raises(bs.InputError, match=r"rig\.centre_distanc = 8: use one of centre_distance"):
         bs.make_case(rig={"centre_distanc": 8})
+
+
+def test_ctrl_c_is_one_line_and_a_second_one_ends_what_threads_still_compute():
+    stopped = """
+import atexit, signal
+from belt_sim.commands import cli
+def stop(*arguments): raise KeyboardInterrupt
+cli.run_hydra = stop
+atexit.register(lambda: print(signal.getsignal(signal.SIGINT) is signal.SIG_DFL))
+cli.main()
+"""
+    found = subprocess.run([sys.executable, "-c", stopped, "simulate"], capture_output=True, text=True, check=False)
+    assert found.returncode == 130
+    assert found.stdout.split() == ["True"]
+    assert found.stderr == "belt-sim: stopped; what was finished is kept\n"

@@ -168,3 +168,17 @@ def test_a_load_cell_may_not_leave_a_span_compressed():
         vector = bench.forward.null()
         vector[gain] = size / bench.forward.slots[gain].scale
         assert keeps_tension(bench, Fit(ids=("tension_bias",), free=[gain], vector=vector)) is kept
+
+
+def test_batches_that_wait_are_dropped_when_a_diagnosis_is_stopped(monkeypatch):
+    done, gate = [], threading.Event()
+
+    def stop():
+        raise KeyboardInterrupt
+
+    with ThreadPoolExecutor(1) as one:
+        monkeypatch.setattr(forward, "_POOL", one)
+        with pytest.raises(KeyboardInterrupt):
+            forward.finish([[stop], [partial(gate.wait, 10)], [partial(done.append, 1)]])
+        gate.set()
+    assert done == []
