@@ -80,10 +80,7 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
             remedy += "; a workbook keeps those of its formulas only if it was saved with them"
         raise InputError("files", "no signal", "", remedy)
     notes = [n for t in tables for n in t.notes]
-    for c in (c for c in used if c.stated_unit and c.unit and c.entry.unit):
-        if UNITS.get(c.stated_unit) != UNITS[c.unit]:
-            text = f"the file says {c.stated_unit}, the mapping {c.unit}; the mapping is taken"
-            notes += {Note(c.name, text)} - {*notes}
+    notes += dict.fromkeys(note for c in used for note in _unit_changed(c))
     notes += [Note(m.key, n) for m in made for n in m.notes]
     middles = {c.signal: c.middle for c in used if c.middle is not None}
     runs, more, step = runs_on_one_grid([] if asked else made, entry, middles)
@@ -114,6 +111,14 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
         comments=remarks | of_settings | of_signals,
         notes=tuple(notes + more),
     )
+
+
+def _unit_changed(column: Column) -> list[Note]:
+    """The remark on a column whose unit is another one in the mapping than in its file."""
+    stated, unit = column.stated_unit, column.unit if column.entry.unit else ""
+    if not stated or not unit or UNITS.get(stated) == UNITS[unit]:
+        return []
+    return [Note(column.name, f"the file says {stated}, the mapping {unit}; the mapping is taken")]
 
 
 #: Revolutions of the belt, and part of a span, that a record is likely to travel; likely settings in SI.
