@@ -12,15 +12,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf, PlainSe
 from belt_sim.campaign.quality import Suspicion
 from belt_sim.results import words
 from belt_sim.results.errors import CampaignLabel, Drawings, Errors, RunError, Where, error_grid
-from belt_sim.results.estimates import (
-    Array,
-    EffectSet,
-    Estimate,
-    Free,
-    MachineSizes,
-    file_field,
-    number_texts,
-)
+from belt_sim.results.estimates import Array, EffectSet, Estimate, Free, MachineSizes, file_field, number_texts
 from belt_sim.results.words import Display, Table, join_words
 from belt_sim.units import MM
 

@@ -132,11 +132,7 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
 
 @style.picture
 def drift_chart_picture(
-    path: str | os.PathLike,
-    drifts: Sequence[tuple[Drift, Drift | None]],
-    title: str,
-    *,
-    names: Mapping[str, str],
+    path: str | os.PathLike, drifts: Sequence[tuple[Drift, Drift | None]], title: str, *, names: Mapping[str, str]
 ) -> Path:
     """A plot a parameter: (before, after) the effect was added, if one was; names: as of an overlay. Bars are +-2 u, a
     triangle marks a value at the end of its range."""

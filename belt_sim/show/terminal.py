@@ -29,10 +29,7 @@ if TYPE_CHECKING:
     from belt_sim.results.diagnosis import Diagnosis
 
 #: why a model was chosen for one case
-REASONS = {
-    "strip_lift_off": "the belt is so slack that it lifts off",
-    "strip": "the belt is too tight to lift off",
-}
+REASONS = {"strip_lift_off": "the belt is so slack that it lifts off", "strip": "the belt is too tight to lift off"}
 
 
 def tell_choice(config: Mapping[str, Any], model: str, why: str = "") -> None:
