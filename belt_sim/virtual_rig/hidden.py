@@ -9,8 +9,7 @@ import numpy as np
 from scipy.linalg import cholesky, solve_triangular
 
 from belt_sim.errors import InputError, finite
-from belt_sim.virtual_rig.fault import Fault, has_hook
-from belt_sim.virtual_rig.faults import CATALOGUE
+from belt_sim.virtual_rig.faults import CATALOGUE, Fault, has_hook
 from belt_sim.virtual_rig.line import Line, stack
 from belt_sim.virtual_rig.march import TrueErrors, observe, stated_data, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan

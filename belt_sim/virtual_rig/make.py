@@ -20,7 +20,7 @@ from belt_sim.campaign import Campaign, Machine, Quantity, Run, SettingsSheet, S
 from belt_sim.errors import InputError, whole
 from belt_sim.io import write_text
 from belt_sim.units import MM, N_PER_MM2, round_digits
-from belt_sim.virtual_rig.fault import Fault
+from belt_sim.virtual_rig.faults import Fault
 from belt_sim.virtual_rig.hidden import (
     BLIND_FAULTS,
     DEVELOPMENT_FAULTS,

@@ -20,7 +20,7 @@ import numpy as np
 from belt_sim.campaign import SignalSheet
 from belt_sim.campaign.types import kind_at
 from belt_sim.case import GRAVITY, Belt, Rig
-from belt_sim.virtual_rig.fault import FAULT_HOOKS, Fault, has_hook
+from belt_sim.virtual_rig.faults import FAULT_HOOKS, Fault, has_hook
 from belt_sim.virtual_rig.line import Line, SpanResponse, UnitLoad
 from belt_sim.virtual_rig.plan import Noise, Plan
 

@@ -24,7 +24,7 @@ from belt_sim.scene_parts import SceneParts
 from belt_sim.show.terminal import progress
 from belt_sim.space.options import Options, accurate_speed, refuse_sliding_limp
 from belt_sim.units import N_PER_MM2
-from belt_sim.virtual_rig.fault import Fault
+from belt_sim.virtual_rig.faults import Fault
 from belt_sim.virtual_rig.hidden import HiddenFaults, specified_hidden
 from belt_sim.virtual_rig.make import BASES, Truth, build_campaign, check_base, check_seed, describe_truth
 from belt_sim.virtual_rig.march import TrueErrors, add_noise, draw_errors, true_machine

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.case import GRAVITY
-from belt_sim.virtual_rig.fault import (
+from belt_sim.virtual_rig.faults import (
     ANY_PHASE,
     ANY_SEED,
     ON_HEAD_PULLEY,

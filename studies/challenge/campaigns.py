@@ -14,7 +14,7 @@ import numpy as np
 from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity
 from belt_sim.errors import InputError
 from belt_sim.units import N_PER_MM2
-from belt_sim.virtual_rig.fault import Fault, log_uniform
+from belt_sim.virtual_rig.faults import Fault, log_uniform
 from belt_sim.virtual_rig.hidden import (
     BLIND_FAULTS,
     CORRUPTIONS,
