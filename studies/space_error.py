@@ -40,7 +40,7 @@ def main() -> None:
     plan, engine = small_space_plan(), os.environ.get("ENGINE", "quasi_static")
     cases = true_cases(plan, "strip", TrueErrors())
     run = partial(run_scene, effects=(), options=OPTIONS, travel=plan.length, engine=engine)
-    space = take_readings(plan, measure(cases, run, plan.length, 1))
+    space = take_readings(plan, measure(cases, run, 1))
     line = observe(plan, true_line(plan, "strip", TrueErrors()), ())
     off, left = differences(space, line)
     rms = np.sqrt((left**2).mean(axis=1))

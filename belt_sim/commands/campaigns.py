@@ -26,7 +26,7 @@ from belt_sim.importing.sheets import PLAN_COLUMNS, plan_for, plan_rows, templat
 from belt_sim.io import group_names
 from belt_sim.results.words import Table
 from belt_sim.settings import BOUNDS, belt_from, rig_from
-from belt_sim.show.terminal import rich_table
+from belt_sim.show.terminal import progress, rich_table
 from belt_sim.units import MM
 from belt_sim.virtual_rig.make import BASE, plan_by_number, random_campaign
 from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan
@@ -175,9 +175,11 @@ def rig_command(run_dir: RunDir) -> None:
         raise InputError("out", folder, "", "exists already; choose another folder")
     else:
         from belt_sim.effects.load import load_effects
-        from belt_sim.virtual_rig.space import make_space_campaign
+        from belt_sim.virtual_rig.space import make_space_campaign, space_plan
 
-        campaign, truth = make_space_campaign(load_effects, hidden=hidden, seed=config["seed"], base=config["base"])
+        asked = {"hidden": hidden, "seed": config["seed"], "base": config["base"]}
+        with progress(len(space_plan().runs), "measuring in 3D") as done:
+            campaign, truth = make_space_campaign(load_effects, **asked, tell=done)
     if config["out"]:
         digest = virtual_rig.write_blind(folder, campaign, truth)
     else:

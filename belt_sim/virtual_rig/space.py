@@ -21,7 +21,6 @@ from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.jax_setup import cores
 from belt_sim.scene_parts import SceneParts
-from belt_sim.show.terminal import progress
 from belt_sim.space.options import Options, accurate_speed, refuse_sliding_limp
 from belt_sim.units import N_PER_MM2
 from belt_sim.virtual_rig.faults import Fault
@@ -113,13 +112,14 @@ def make_space_campaign(
     name: str = "",
     workers: int | None = None,
     engine: str | None = None,
+    tell: Callable[[], Any] = lambda: None,
 ) -> tuple[Campaign, Truth]:
     """Measure the plan on the 3D belt; the same seed and machine give the same campaign.
 
     load: makes the effects of what is hidden; hidden: ids, or dictionaries {"id", parameters in SI}, or as drawn; base:
     the law that the campaign is meant for, strip unless stated, or beam_th2: a belt without weight, which sag_roll
     makes heavy; name: of the plan; workers: processes, one a core; engine: quasi_static or native, by default
-    quasi_static where it can do what is hidden.
+    quasi_static where it can do what is hidden; tell: called as each run is measured.
     """
     what = hidden if isinstance(hidden, HiddenFaults) else specified_hidden(hidden, None)
     for fault in what.faults:
@@ -141,7 +141,7 @@ def make_space_campaign(
         except CannotRepresent:
             engine = "native"
     run = partial(run_scene, effects=effects, options=options, travel=plan.length, engine=engine)
-    readings = take_readings(plan, measure(cases, run, plan.length, workers))
+    readings = take_readings(plan, measure(cases, run, workers, tell))
     readings = add_noise(readings, plan.travel, sensors.sheets(plan), sensors, streams[1])
     stated_noise, words = with_simulator_error(sensors, engine)
     campaign = build_campaign(plan, stated_noise, readings, title, REFERENCE.format(engine=engine, error=words))
@@ -183,18 +183,19 @@ def true_cases(plan: Plan, base: str, errors: TrueErrors, faults: Sequence[Fault
 
 
 def measure(
-    cases: Sequence[Case], run: Callable[[Case], Curves], travel: float, workers: int | None = None
-) -> list[Curves]:
-    """The curves of cases over ``travel`` [m], in order; one process a core unless ``workers`` says otherwise.
+    cases: Sequence[Case], run: Callable[[Case], Curves], workers: int | None = None,
+    tell: Callable[[], Any] = lambda: None,
+) -> list[Curves]:  # fmt: skip
+    """The curves of cases in order, each told as it comes; a process a core unless ``workers`` says otherwise.
 
     Raises SimulationError when a run diverges; runs that have not begun are then left out.
     """
     workers, found = min(workers or cores(), len(cases)), []
     spawn = multiprocessing.get_context("spawn")
-    with progress(len(cases) * travel, "measuring in 3D") as done, ProcessPoolExecutor(workers, spawn) as pool:
+    with ProcessPoolExecutor(workers, spawn) as pool:
         for curves in pool.map(run, cases) if workers > 1 else map(run, cases):
             found.append(curves)
-            done(travel)
+            tell()
     return found
 
 

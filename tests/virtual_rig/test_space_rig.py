@@ -161,7 +161,7 @@ def test_opposite_yaw_is_the_mirror_image():
 def test_processes_measure_what_one_measures_and_in_order():
     plan = replace(TINY, runs=(TINY.runs[0], replace(TINY.runs[0], yaw=-YAW), replace(TINY.runs[0], yaw=2 * YAW)))
     cases = true_cases(plan, "strip", TrueErrors())
-    one, two = (measure(cases, RUN, 0.2, workers=workers) for workers in (1, 2))
+    one, two = (measure(cases, RUN, workers) for workers in (1, 2))
     for alone, together in zip(one, two, strict=True):
         np.testing.assert_array_equal(alone.y, together.y)
 
@@ -174,7 +174,7 @@ def test_a_run_that_fails_ends_the_campaign():
         for t in (40e6, 2e3)
     )
     with pytest.raises(BeltError) as caught:
-        measure([bad, good, good], RUN, 0.2, workers=2)
+        measure([bad, good, good], RUN, 2)
     assert "\n" not in str(caught.value)
 
 
@@ -187,7 +187,7 @@ def test_a_run_that_fails_ends_the_campaign():
 )
 def test_the_quick_engine_measures_what_it_can(monkeypatch, name, options, engine):
     asked = []
-    monkeypatch.setattr(space, "measure", lambda cases, run, travel, workers: asked.append(run) or [])
+    monkeypatch.setattr(space, "measure", lambda cases, run, workers, tell: asked.append(run) or [])
     with pytest.raises(ValueError, match="zip"):  # nothing is measured here
         make_space_campaign(load_effects, hidden=[name], seed=0, plan=TINY, options=options)
     assert [run.keywords["engine"] for run in asked] == [engine]
