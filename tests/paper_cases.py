@@ -13,6 +13,7 @@ from belt_sim.effects.base import library
 from belt_sim.jax_setup import LEAST_EFFORT, known_options
 from belt_sim.line.hooks import as_numpy, indicate
 from belt_sim.line.march import march_traced
+from belt_sim.line.span import response as span_response
 from belt_sim.model import MODELS, AnalyticModel
 from belt_sim.units import N_PER_MM2
 from studies.paper import case as paper
@@ -22,7 +23,7 @@ YAW = -paper.YAW  # [rad], size of the paper's yaw
 RECORDS, STRIDE, SLOTS, LANES = 100, 20, 128, 8  # one shape for all marches: one compilation a model
 STEPS = RECORDS * STRIDE
 BELT, EFFECTS = paper.PAPER_BELT, library()
-READ = jax.jit(indicate)
+READ, response = jax.jit(indicate), jax.jit(span_response)
 
 
 def paper_case(tension: float, yaw: float = YAW, rig: Rig = RIG, **settings) -> Case:

@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from paper_cases import BELT, RIG, YAW, affected, marched, paper_case, steered
+from paper_cases import BELT, RIG, YAW, affected, marched, paper_case, response, steered
 from scipy.interpolate import CubicSpline
 
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.effects.base import Effect, Parameter, effect
 from belt_sim.line.march import march_case
-from belt_sim.line.span import response, strip
+from belt_sim.line.span import strip
 from belt_sim.model import analytic_model
 
 TRAVEL = 14.0  # [m], records 0.14 m apart

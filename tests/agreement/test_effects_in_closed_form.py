@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from paper_cases import BELT, RIG, YAW, affected, indicated, marched, paper_case, steered
+from paper_cases import BELT, RIG, YAW, affected, indicated, marched, paper_case, response, steered
 
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
@@ -14,7 +14,7 @@ from belt_sim.effects.span import Shear
 from belt_sim.effects.yaw import UnequalTension
 from belt_sim.line.march import march_case
 from belt_sim.line.runup import FRICTION, sag_angle
-from belt_sim.line.span import beam_second_order, response
+from belt_sim.line.span import beam_second_order
 from belt_sim.line.spans import steady_rate
 from belt_sim.model import analytic_model
 from belt_sim.scene_parts import SceneParts

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from loaded_strip import LoadedStrip
-from paper_cases import RIG, YAW, affected, paper_case
+from paper_cases import RIG, YAW, affected, paper_case, response
 
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
@@ -16,7 +16,6 @@ from belt_sim.line.span import (
     beam_first_order,
     beam_second_order,
     load_response,
-    response,
     sag_softening,
     span_fields,
     strip,

@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
-from paper_cases import RIG, STEPS, YAW, affected, paper_case, steered
+from paper_cases import RIG, STEPS, YAW, affected, paper_case, response, steered
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -13,7 +13,7 @@ from belt_sim.curves import late_rates
 from belt_sim.effects.base import effect
 from belt_sim.effects.pulley import Slip, with_side_force
 from belt_sim.line.march import march_case
-from belt_sim.line.span import beam_second_order, response
+from belt_sim.line.span import beam_second_order
 from belt_sim.model import analytic_model
 
 LINES = 12  # across the belt

@@ -4,12 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from paper_cases import YAW, marched, paper_case, steered
+from paper_cases import YAW, marched, paper_case, response, steered
 
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.line.march import march_case
-from belt_sim.line.span import response
 from belt_sim.line.spans import steady_rate
 from belt_sim.model import analytic_model
 from studies.closed_forms import steady_offsets

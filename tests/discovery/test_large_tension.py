@@ -4,13 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from paper_cases import response
 from small_discovery import effect_of, surveyed
 
 from belt_sim.campaign import case_of
 from belt_sim.discovery.search_data import rare_forms
 from belt_sim.effects.law import Form, Law, Term
 from belt_sim.jax_setup import jit_float64
-from belt_sim.line.span import Bend, BoundaryValues, response, strip
+from belt_sim.line.span import Bend, BoundaryValues, strip
 
 FILE = 0.02  # of what a large change adds: the file has it as a polynomial of its logarithm
 ENDS = np.array([[1e-3, 2e-4], [3e-4, -1e-4], [-2e-4, 1e-4], [0.0, 1e-4], [1e-4, 0.0]])

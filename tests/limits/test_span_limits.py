@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from paper_cases import paper_case
+from paper_cases import paper_case, response
 from scipy.integrate import solve_bvp
 
 from belt_sim.effects.yaw import cos_sin
@@ -31,7 +31,7 @@ def test_beam_response_has_the_open_web_coefficients(kl):
     span = span_of(kl)
     f1, f2, f3 = sievers_coefficients(kl)
     wanted = np.array([-f1 / span.length, f3, f2]) / span.length
-    found = law.response(span)
+    found = response(span)
     loss = 1e-16 / min(kl, 1.0) ** 4  # the closed forms cancel like (K L)^4
     np.testing.assert_allclose(found.runup[:3], wanted, rtol=ROUNDING + loss)
     mirrored = np.array([f1 / span.length, -f2, -f3]) / span.length
@@ -56,7 +56,7 @@ def order(errors, ratio: float) -> float:
 
 def test_second_order_beam_tends_to_first_order_as_tension_goes():
     plain = np.array([-6.0 / span_of(1.0).length, 2.0, 4.0])
-    errors = [np.abs(law.response(span_of(kl)).runup[:3] * span_of(kl).length - plain).max() for kl in (0.2, 0.1)]
+    errors = [np.abs(response(span_of(kl)).runup[:3] * span_of(kl).length - plain).max() for kl in (0.2, 0.1)]
     assert order(errors, 2.0) == pytest.approx(2.0, abs=ORDER)
 
 
@@ -101,7 +101,7 @@ def test_softening_has_the_sizes_of_the_sheet():
 @pytest.mark.parametrize("tension", [5, 10, 40])
 def test_strip_response_agrees_with_a_boundary_value_solver(tension):
     span = law.strip(paper_case(tension))
-    found = law.response(span)
+    found = response(span)
     ends = np.eye(5)  # y_u - y_o, theta_o, theta_u, phi_o, phi_u one at a time
     kappa_u, kappa_o, tilt = (np.array(x) for x in zip(*(_by_collocation(span, e) for e in ends), strict=True))
     for mine, theirs in ((found.runup, kappa_u), (found.runoff, kappa_o), (found.mid_tilt, tilt)):

@@ -33,7 +33,7 @@ def places(wrap: WrapArrays, at: PoseArrays) -> np.ndarray:
     """Of the anchors of the held stations [m], (m, 3, held)."""
     k = np.arange(wrap.first, wrap.last + 1) % wrap.r.shape[-1]
     turned = wrap.angle[:, k] + at.spin
-    found = anchor_places(wrap.r[:, k], wrap.y[:, k], turned, at.axes[..., None], at.centre[:, None], at.bow)
+    found = jax.jit(anchor_places)(wrap.r[:, k], wrap.y[:, k], turned, at.axes[..., None], at.centre[:, None], at.bow)
     return np.asarray(found)
 
 

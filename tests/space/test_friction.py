@@ -17,6 +17,7 @@ ALIKE = 0.01  # of y: half the step; 1 ms against 2 ms differ by 0.02 %
 FASTER = 1.3  # y at 0.18 m: 1.80 times that of a belt that sticks at friction 0.3, and 1.46 times more at 0.1
 STRETCH = 0.005  # the tension adds F / EA, and the laid links are longer by as much
 HARDLY = 0.1  # [N], of links that carry 1800 N: the width is laid 0.03 um off
+CHAIN = jax.jit(wrap_chain, static_argnums=3)
 SOLVE = jax.jit(slip_increments, compiler_options=known_options(LEAST_EFFORT))  # it runs ten times
 
 
@@ -69,7 +70,7 @@ def test_sliding_nodes_are_held_with_their_limit_against_their_increment_and_oth
 def test_a_wrap_that_is_bent_and_pulled_at_its_ends_slides_as_coulomb_says(begun):
     """Limits fall to nothing at the ends; each pull starts from the slip of the one before."""
     count, rng = 15, np.random.default_rng(3)
-    chain, guess = wrap_chain(begun.belt.sliding_stiffness, 0, count, count), np.zeros((2, 2, count))
+    chain, guess = CHAIN(begun.belt.sliding_stiffness, 0, count, count), np.zeros((2, 2, count))
     ends = 5.0 * np.minimum(1.0, 4.0 * np.minimum(np.linspace(0, 1, count), np.linspace(1, 0, count)))
     for pull in (1.0, 5.0, 20.0, 60.0):
         limit = np.stack([ends, ends]) * (1.0 + 0.1 * rng.normal(size=(2, count)))
@@ -92,7 +93,7 @@ def test_no_node_slides_below_its_limit():
 def test_wrap_is_stiff_like_a_strip(begun, short_rig):
     """A wrap shifted sideways as a whole bends nothing in itself; a link stretches like a plate strip."""
     tangent, count = begun.belt.sliding_stiffness, 9
-    whole = assembled(wrap_chain(tangent, 0, count, count))
+    whole = assembled(CHAIN(tangent, 0, count, count))
     assert whole == pytest.approx(whole.T, abs=1e-6 * np.abs(whole).max())
     assert np.linalg.eigvalsh(whole).min() > 0.0
     inner = slice(4, -4)  # beside the ends

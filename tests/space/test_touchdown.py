@@ -1,7 +1,9 @@
 """Stations land at their distance, sink onto the circle without losing length, and leave the span on one line."""
 
+from functools import partial
 from types import SimpleNamespace
 
+import jax
 import numpy as np
 import pytest
 from pulley_bench import both, empty_wrap, on_jax, places, pose, surface
@@ -26,6 +28,7 @@ STRAIGHT = 5e-6  # [m]: the path is followed by angles one step old; on a circle
 
 pytestmark = pytest.mark.usefixtures("float64")
 BELT = SimpleNamespace(chord=CHORD, shape=SimpleNamespace(zone=6))
+LAND = jax.jit(partial(land_station, BELT, end=FIRST))
 
 
 def wrapped(stations=12, **shape):
@@ -41,7 +44,7 @@ def wrapped(stations=12, **shape):
 def landed_at(pulley, nodes):
     """The wrap with the station that comes next, in a step without a movement."""
     still = {"before": nodes, "nodes": nodes, "moved": 0.0, "shaped": 1.0}
-    return land_station(BELT, pulley, pulley.pose, end=FIRST, **still)
+    return LAND(pulley, pulley.pose, **still)
 
 
 def chords(wrap, at):
@@ -83,10 +86,11 @@ def test_turning_pulley_keeps_lengths_and_lets_the_span_end_on_one_line(end):
     lengths, heights, outward = chords(wrap, at), [], OUTWARDS[end]
     tangent, station = wrap.tangent[end], (wrap.first, wrap.last)[end]
     start = tangent - outward * 0.5 * CHORD / R - wrap.angle[0, station]
+    sink = jax.jit(partial(sink_ends, BELT, end=end))
 
     def sunk(spin):
         there = pose(spin=spin)
-        return sink_ends(BELT, on_jax(BeltOnPulley(wrap, cylinder, there)), 0.0, end=end, shaped=1.0), there
+        return sink(on_jax(BeltOnPulley(wrap, cylinder, there)), 0.0, shaped=1.0), there
 
     for _ in range(8):  # from the circle onto the path
         wrap, at = sunk(start)
@@ -98,7 +102,10 @@ def test_turning_pulley_keeps_lengths_and_lets_the_span_end_on_one_line(end):
     assert np.ptp(heights) < STRAIGHT
     turned = pose(spin=at.spin + outward * 0.05 * CHORD / R)
     one, other = BeltOnPulley(wrap, cylinder, at), BeltOnPulley(wrap, cylinder, turned)
-    assert (release_stations(BELT, both(one, other)).wrap.outer(end) - station).tolist() == [0, -outward]
+    assert (jax.jit(partial(release_stations, BELT))(both(one, other)).wrap.outer(end) - station).tolist() == [
+        0,
+        -outward,
+    ]
 
 
 def test_a_station_is_caught_half_a_chord_before_the_tangent():
