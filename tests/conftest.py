@@ -43,6 +43,7 @@ def scope(file: str) -> str:
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config, log):
+    config.option.loadscopereorder = False  # as collected: the last files, of the virtual rig, are the shortest
     return ByFile(config, log)
 
 
