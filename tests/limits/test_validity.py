@@ -174,8 +174,10 @@ AT_THEIR_LIMIT = {
 
 @pytest.mark.parametrize("name", AT_THEIR_LIMIT)
 def test_what_an_effect_does_beyond_the_laws_is_told_with_its_place(name):
+    """All are in the march, at null but for one: one program serves them."""
     numbers, left = AT_THEIR_LIMIT[name]
-    found = simulate(paper_case(10.0), model="strip_lift_off", effects=[{"id": name, **numbers}], travel=60.0)
+    effects = [library()[i](**numbers) if i == name else library()[i].null() for i in AT_THEIR_LIMIT]
+    found = simulate(paper_case(10.0), model="strip_lift_off", effects=effects, travel=60.0)
     told = {x.id: x for x in found.beyond}
     assert left == set(told)
     y, edge = np.abs(found.curves.y).max(), found.curves.edge_stress.min()
