@@ -8,14 +8,7 @@ from belt_sim.space import Options
 from belt_sim.virtual_rig.hidden import LIBRARY_SIZES, Detectability, HiddenFaults, random_fault, scale_to_size
 from belt_sim.virtual_rig.make import Truth, check_seed
 from belt_sim.virtual_rig.plan import Plan
-from belt_sim.virtual_rig.space import (
-    OPTIONS,
-    SENSORS,
-    TENSIONS,
-    make_space_campaign,
-    space_plan,
-    with_simulator_error,
-)
+from belt_sim.virtual_rig.space import OPTIONS, SENSORS, TENSIONS, make_space_campaign, space_plan, with_simulator_error
 
 #: What as many campaigns in turn hide, None: nothing; the size is drawn from ``SIZES``, as the line shows it.
 SETTINGS = (

@@ -12,7 +12,7 @@ from belt_sim.errors import InputError
 from belt_sim.io import provenance, write_json, write_text
 from belt_sim.show.terminal import progress
 from studies.application import application
-from studies.paper.plate import FIGURES, NOT_COMPUTED, compute, select_figures
+from studies.paper.drawing import FIGURES, NOT_COMPUTED, compute, select_figures
 from studies.paper.report import answer, criteria, document, lay_pictures, verdicts, what_decides, write_page
 from studies.paper.statements import judge_models
 from studies.paper.stored_runs import stored_run

@@ -14,7 +14,7 @@ from belt_sim.show.style import BLUE, CYCLE, FAINT_INK, INK, POINT_COLOURS, POIN
 from studies.closed_forms import steady_offsets
 from studies.paper import drawing
 from studies.paper.case import PAPER_BELT, ROPE_EXAMPLE, TEST_RIG, YAW
-from studies.paper.drawing import note, zero_line
+from studies.paper.drawing import Plate, column, note, zero_line
 from studies.paper.models import (
     LOOKS,
     MEASURED,
@@ -30,7 +30,6 @@ from studies.paper.models import (
     x_m,
     y_mm,
 )
-from studies.paper.plate import Plate, column
 from studies.paper.stored_runs import SETTLED, Shape, stored_run
 
 TURN = 2.0 * math.pi * ROPE_EXAMPLE.tail_radius  # [m] of travel, a revolution of the pulleys

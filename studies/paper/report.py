@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from belt_sim.io import PACKAGE, write_text, write_with
+from studies.paper.drawing import Plate
 from studies.paper.models import LOOKS
-from studies.paper.plate import Plate
 from studies.paper.statements import CONTRADICTED, REPRODUCED, SILENT, STATEMENTS, Judgement
 from studies.paper.stored_runs import PLACE, stored_run
 

@@ -8,8 +8,8 @@ from belt_sim.line.spans import RitzingerFormula, edge_tensions
 from belt_sim.model import analytic_model
 from studies.paper import by_laws
 from studies.paper.case import ROPE_EXAMPLE, YAW
+from studies.paper.drawing import FIGURES, NOT_COMPUTED, compute, select_figures
 from studies.paper.models import case_at, moving, span_shape
-from studies.paper.plate import FIGURES, NOT_COMPUTED, compute, select_figures
 
 
 def test_every_figure_of_the_paper_is_computed_or_named_with_a_reason():
