@@ -42,6 +42,8 @@ def record(tree: Path, campaign: str, model: str) -> tuple[Counter[tuple[str, ..
         for line in (Path(folder) / "stacks").read_text().splitlines():
             called, _, count = line.rpartition(" ")
             frames = called.split(";")
+            if re.match(r"(_worker|wait) \((concurrent/futures/thread|threading)\.py", frames[-1]):
+                continue  # a thread that waits, which py-spy takes for one at work where others load the machine
             own = [f for f in frames if re.search(r"\((\S*/)?belt_sim/", f)]
             names = [f.partition(" (")[0].rpartition(".")[2] for f in own]
             stack = [n for k, n in enumerate(names) if n not in HIDDEN and (not k or n != names[k - 1])]
