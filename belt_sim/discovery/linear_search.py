@@ -12,7 +12,6 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from belt_sim.diagnosis.decide import POLICY
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.discovery.responses import HIDDEN, ResidualProjector, States, single_precision
 from belt_sim.discovery.search_data import SearchData, course_travel, has_many_readings, projector_of, variable
@@ -310,7 +309,7 @@ def most_in_place(data: SearchData, rival: Fit) -> tuple[RankedLaws, ScoredLaw]:
     Of G, the chi2 that it and the effects explain together, a law explains g = G cos^2(angle); in the linear range both
     are known of every form, of one with numbers the largest that any give. At work it moves what it reads by a share
     sqrt(G)/|y| of the whitened readings, and turns by that angle times its power, at best towards what is left. A large
-    change of a span may turn to anything. None rises by more than ``linear`` of what the effects explain.
+    change of a span may turn to anything.
     """
     ranked, family, powers, count = single_term_laws(data, projector_of(data.bench, rival)), [], [], 0
     for place, forms, _ in ranked.tables:
@@ -329,7 +328,7 @@ def most_in_place(data: SearchData, rival: Fit) -> tuple[RankedLaws, ScoredLaw]:
     readings = float(np.linalg.norm(data.bench.metric.whiten(data.bench.fitted.y)))
     apart = np.arccos(np.sqrt(np.clip(gain / together, 0.0, 1.0)))
     turned = np.maximum(apart - power * np.sqrt(together) / readings, 0.0)
-    most = np.minimum(together * np.cos(turned) ** 2, gain + POLICY.linear * known)
+    most = together * np.cos(turned) ** 2
     best = next(iter(replace(ranked, gain=most, score=ranked.score + most - ranked.gain)))
     return ranked, best
 
