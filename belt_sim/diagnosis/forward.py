@@ -551,7 +551,8 @@ class Forward:
             by_bins = bin_attenuation([Slot(cls, name) for name in cls.parameters], samples).T[:, :, None]
             stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
             given = samples.cases.settings, stated, samples.cases.rig, samples.cases.belt, acting, nuisances
-            program = _compile_columns(self.model, cls, tuple(map(type, acting)), others)  # type: ignore[arg-type]  # a class has a hash
+            kinds: Any = cls, tuple(map(type, acting))  # mypy denies a class its hash
+            program = _compile_columns(self.model, *kinds, others)
             shown = np.asarray(program(*given)).swapaxes(0, 1)
             places = [*PLACES, *others]
             for s, signal in enumerate(samples.signals):
