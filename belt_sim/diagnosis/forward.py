@@ -17,6 +17,7 @@ from copy import copy
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from itertools import zip_longest
+from typing import Any
 
 import jax
 import jax.numpy as jnp

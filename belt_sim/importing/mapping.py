@@ -197,7 +197,7 @@ def mapping_of(stated: Any) -> MappingEntry:
         path, file = Path(stated), str(Path(stated))
         try:
             if path.exists() and not path.is_file():  # a pipe would wait for ever
-                what = "is a folder; name the file in it" if path.is_dir() else "is no file"
+                what = "is a folder; name the file in it" if path.is_dir() else "is no file; name one"
                 raise refusal(path, f"{what}, as mapping=FOLDER/{MAPPING_FILE}")
             text = path.read_text(encoding="utf-8-sig")
         except (OSError, ValueError) as error:
