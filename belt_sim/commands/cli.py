@@ -25,6 +25,16 @@ from belt_sim.commands import COMMANDS, HELP, OUTPUT, help_text, known_keys, nea
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import CONF, MODEL_FOLDER, sample_campaigns, write_text
 
+SWEEP = ("-m", "--multirun")
+#: flags of Hydra, and whether a value follows
+FLAGS = {
+    **dict.fromkeys((*HELP, *SWEEP, "--hydra-help", "--resolve", "-r", "--run", "-sc", "--shell-completion"), False),
+    **dict.fromkeys(("-c", "--cfg", "-p", "--package", "-i", "--info", "--experimental-rerun"), True),
+    **dict.fromkeys(("-cp", "--config-path", "-cn", "--config-name", "-cd", "--config-dir"), True),
+}
+#: those that show something and run nothing
+SHOWS = {*("-c", "--cfg", "-i", "--info", "-r", "--resolve", "--hydra-help", "-sc", "--shell-completion")}
+INFO = ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath")
 #: key=value, as Hydra takes it
 OVERRIDE = re.compile(r"[+~]*[A-Za-z_][\w./@]*=")
 HYDRAS = re.compile(r"[+~]*hydra[./]")
@@ -141,32 +151,21 @@ def run_command(arguments: list[str]) -> int:
 
 def run_hydra(command: str, settings: Sequence[str]) -> int:
     """Run a command as Hydra's application on ``conf``; return the exit status. Raises BeltError for Hydra's errors."""
-    from hydra._internal.utils import get_args_parser
-
+    typed = list(settings)
+    if command == "import":  # its bare file names become files=[...], quoted as Hydra wants it
+        after = {k + 1 for k, a in enumerate(settings) if FLAGS.get(a)}
+        loose = [a for k, a in enumerate(settings) if k not in after]
+        bare = [a for a in loose if Path(a).is_file() or not (a.startswith("-") or OVERRIDE.match(a))]
+        quoted = ",".join("'" + a.replace("\\", "\\\\").replace("'", "\\'") + "'" for a in bare)
+        typed = [*(a for a in settings if a not in bare), *([f"files=[{quoted}]"] if bare else [])]
+    flags, overrides = _sorted_out(command, typed)
     from belt_sim.commands.runs import at_work, end_sweep, run_task
 
-    def refuse(message: str) -> None:
-        raise BeltError(message)
-
-    parser = get_args_parser()
-    parser.error = refuse  # type: ignore[method-assign,assignment]
-    typed = [f"./{a}" if a.startswith("-") and Path(a).is_file() else a for a in settings]
-    given, unknown = parser.parse_known_intermixed_args(typed)
-    for flag in (a for a in unknown if a.startswith("-")):
-        near = nearest(flag.partition("=")[0], [o for o in parser._option_string_actions if o != "--version"])
-        raise BeltError(f"{flag}: no such flag{near} (settings are written key=value)")
-    flags = [a for a in typed if a not in given.overrides]
-    if command == "import":  # its bare file names become files=[...], quoted as Hydra wants it
-        bare = [a for a in given.overrides if Path(a).is_file() or not OVERRIDE.match(a)]
-        quoted = ",".join("'" + a.replace("\\", "\\\\").replace("'", "\\'") + "'" for a in bare)
-        given.overrides = [a for a in given.overrides if a not in bare] + [f"files=[{quoted}]"] * bool(bare)
-    overrides = [quote_override(a) for a in given.overrides]
-    refuse_additions(command, overrides, given.config_dir)
     at_work.clear()
     task = update_wrapper(partial(run_task, command=command), run_task)
     named = [] if any(o.startswith("hydra.job.name=") for o in overrides) else [f"hydra.job.name={command}"]
     try:
-        status = apply_hydra(f"belt-sim {command}", task, command, [*named, *overrides, *flags])
+        status = apply_hydra(f"belt-sim {command}", task, command, [*flags, *named, *overrides])
     finally:
         end_sweep()
         for path, content in at_work.pop("notes", {}).items():  # of the folder's last run, whose result stays
@@ -176,7 +175,7 @@ def run_hydra(command: str, settings: Sequence[str]) -> int:
         raise at_work.pop("crash")
     status = status or int(bool(at_work.get("failures")))
     stated = dict[str, str]()  # Hydra lets the last of two count, which nobody would see
-    shown = given.cfg or given.info or given.hydra_help  # what is shown may go to a file
+    shown = {flag.partition("=")[0] for flag in flags} & SHOWS  # what is shown may go to a file
     for key, value in (o.partition("=")[::2] for o in overrides if "=" in o and not (status or shown)):
         before, now = stated.get(key, value), value
         with suppress(ValueError):  # 9 and 9.0 are one value
@@ -187,27 +186,10 @@ def run_hydra(command: str, settings: Sequence[str]) -> int:
     return status
 
 
-def refuse_additions(command: str, overrides: Sequence[str], own: str | None) -> None:
-    """Raise BeltError for a key that is added and nobody reads, and for a folder without a name; own: a folder of the
-    user's with groups."""
-    known, places = known_keys(command), (CONF, Path(own or CONF))
-    for argument in overrides:
-        key, _, value = argument.partition("=")
-        if not key:
-            raise BeltError(f"{argument}: has no key; write key=value")
-        added = key.lstrip("+").split("@")[0]
-        groups = any((place / added).is_dir() for place in places) or "hydra.searchpath=" in "".join(overrides)
-        there = argument.startswith("++") and added in known  # adds, or changes what is there
-        if argument.startswith("+") and not (added.split(".")[0].split("/")[0] in OPEN or groups or there):
-            raise BeltError(f"{argument}: no such key{nearest(added, known)}")
-        if key.lstrip("+") in ("hydra.run.dir", "hydra.sweep.dir") and value in ("", "''", '""', "null"):
-            raise InputError(key, value, "", "is empty; name a folder")
-
-
 def apply_hydra(program: str, task: Callable[..., Any], name: str, arguments: Sequence[str], conf: Path = CONF) -> int:
     """Let Hydra compose ``name`` of ``conf`` and call ``task``; return the exit status, raise its errors as BeltError.
 
-    program: how a result says that it was made; arguments: overrides and flags.
+    program: how a result says that it was made; arguments: flags first, then overrides.
     """
     full = os.environ.get("HYDRA_FULL_ERROR") == "1"
     os.environ["HYDRA_FULL_ERROR"] = "1"  # Hydra raises its errors, which become one line here
@@ -247,6 +229,52 @@ def apply_hydra(program: str, task: Callable[..., Any], name: str, arguments: Se
         if not full:
             del os.environ["HYDRA_FULL_ERROR"]
     return 0
+
+
+def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Flags, with their values, and overrides, quoted as Hydra wants them; raises BeltError for what cannot be."""
+    flags: list[str] = []
+    overrides: list[str] = []
+    rest = list(settings)
+    while rest:
+        argument = rest.pop(0)
+        flag, equals, _ = argument.partition("=")
+        if argument.startswith("="):
+            raise BeltError(f"{argument}: has no key; write key=value")
+        if not argument.startswith("-"):
+            overrides.append(quote_override(argument))
+            continue
+        if flag not in FLAGS:
+            raise BeltError(f"{argument}: no such flag{nearest(flag, list(FLAGS))} (settings are written key=value)")
+        flags.append(argument)
+        asked = argument.partition("=")[2] if equals else "".join(rest[:1])
+        if flag in ("-i", "--info") and re.fullmatch(r"[\w-]+", asked) and asked[0] != "-" and asked not in INFO:
+            raise BeltError(f"--info = {asked}: use one of {', '.join(INFO)}")
+        if flag in ("-i", "--info") and not equals:
+            flags[-1] = f"--info={rest.pop(0) if rest and rest[0] in INFO else 'all'}"
+        elif FLAGS[flag] and not equals:
+            if not rest:
+                raise BeltError(f"{argument}: needs a value, as {argument} NAME")
+            flags.append(rest.pop(0))
+    known = known_keys(command)
+    if not set(flags) - set(SWEEP) and not any(o.startswith("+") or "searchpath" in o for o in overrides):
+        for key in (o.partition("=")[0] for o in overrides if "=" in o):  # at once: Hydra takes a while to load
+            if re.fullmatch(r"\w+", key) and key not in known:
+                raise BeltError(f"{key}: no such key{nearest(key, known)}")
+    own = [flags[k + 1] for k, flag in enumerate(flags[:-1]) if flag in ("-cd", "--config-dir")]
+    own += [flag.partition("=")[2] for flag in flags if flag.startswith(("-cd=", "--config-dir="))]
+    for argument in overrides:
+        key, _, value = argument.partition("=")
+        added = key.lstrip("+").split("@")[0]
+        groups = any((place / added).is_dir() for place in (CONF, *map(Path, own))) or "hydra.searchpath=" in "".join(
+            overrides
+        )
+        there = argument.startswith("++") and added in known  # adds, or changes what is there
+        if argument.startswith("+") and not (added.split(".")[0].split("/")[0] in OPEN or groups or there):
+            raise BeltError(f"{argument}: no such key{nearest(added, known)}")
+        if key.lstrip("+") in ("hydra.run.dir", "hydra.sweep.dir") and value in ("", "''", '""', "null"):
+            raise InputError(key, value, "", "is empty; name a folder")
+    return flags, overrides
 
 
 def quote_override(argument: str) -> str:
