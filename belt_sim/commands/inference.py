@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from belt_sim.api.plot import draw_all, report_pictures, write_diagnosis, write_page
-from belt_sim.api.simulate import effects_of, fitted_model, model_for_campaign
+from belt_sim.api.simulate import effects_of, fitted_model, model_for_campaign, states_model
 from belt_sim.campaign import Campaign, case_of, read_campaign
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves
@@ -25,11 +25,13 @@ from belt_sim.show.diagnosis import visible_picture
 from belt_sim.show.terminal import in_stages, progress, resolve_watch, tell, tell_choice, tell_diagnosis
 
 
-def _reason(campaign: str) -> str:
-    """Why a campaign has its model; of a plan that has no runs yet, what is said of one case."""
-    with suppress(BeltError):
-        return model_for_campaign(read_campaign(campaign)).partition(", as ")[2]
-    return ""
+def tell_model(run_dir: RunDir, model: str) -> None:
+    """Tell which model a campaign has and why, if none was stated; of a plan without runs, what is said of one case."""
+    why = ""
+    if not states_model(run_dir.config["model"]):
+        with suppress(BeltError):
+            why = model_for_campaign(read_campaign(run_dir.campaign)).partition(", as ")[2]
+    tell_choice(run_dir.config, model, why)
 
 
 def check_command(run_dir: RunDir) -> None:
@@ -44,7 +46,7 @@ def check_command(run_dir: RunDir) -> None:
     write_json(folder / "check.json", file_json(found))
     if config["pictures"] and found.visible:
         visible_picture(folder / "check.svg", found.visible, found.campaign.title)
-    tell_choice(config, found.base_model, _reason(run_dir.campaign))
+    tell_model(run_dir, found.base_model)
     tell(found.tables(), [*found.lines(), folder / "check.json"])
 
 
@@ -68,7 +70,7 @@ def compare_command(run_dir: RunDir) -> None:
             write_json(draft / name, content)
         if pictures:
             draw_all(draft, found)
-    tell_choice(config, found.base_model, _reason(run_dir.campaign))
+    tell_model(run_dir, found.base_model)
     tell(found.tables(), [*found.lines(), run_dir.path])
 
 
@@ -99,7 +101,7 @@ def diagnose_command(run_dir: RunDir) -> None:
             asked |= {"progress": in_stages(done), "tell": print, "config": config}
             asked |= {"shown": draw} if config["pictures"] else {}
             found = inference.diagnose(campaign, model, **asked)
-        tell_choice(config, found.base_model, _reason(run_dir.campaign))
+        tell_model(run_dir, found.base_model)
         tell_diagnosis(found, run_dir.path, verbose=config["verbose"])
         files = [partial(write_diagnosis, draft, found, *drawn)]
         files += [partial(write_recording, draft, campaign, found)] * (watch == "rrd")

@@ -30,8 +30,9 @@ DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)
 def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves], title: str = "") -> Path:
     """Lateral position of points 1-4 [mm] against travel [m] of named curves: of one set a plot with a colour a point,
     of several a plot a point with a colour a set."""
+    title = title or ", ".join(curves)
     if len(curves) == 1:
-        fig, [[ax]] = style.figure(8.0, 4.6)
+        fig, [[ax]] = style.figure(8.0, 4.6, layout=None)
         (only,) = curves.values()
         for k, colour in enumerate(POINT_COLOURS):
             ax.plot(only.travel, np.asarray(only.y)[k] / MM, color=colour, label=POINT_NAMES[k])
@@ -39,12 +40,14 @@ def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves],
         ax.margins(x=0.0)
         ax.legend(loc="best", labelcolor="linecolor")
         ax.set(xlabel="belt travel [m]", ylabel="lateral position y [mm]")
+        style.place(fig, title, 1, 1, left=0.85, right=0.2, top=0.5, bottom=0.6)
     else:
         looks = [{"color": CYCLE[n % len(CYCLE)], "linestyle": DASHES[n % len(DASHES)]} for n in range(len(curves))]
         runs = zip(curves.values(), looks, curves, strict=True)
         fig = _four_points([(run, {**look, "label": name}) for run, look, name in runs])
         fig.legend(*fig.axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=min(len(curves), 5))
-    return style.save(fig, path, title or ", ".join(curves))
+        style.title(fig, title)
+    return style.save(fig, path)
 
 
 def _four_points(lines: Sequence[tuple[Curves, Mapping[str, Any]]]) -> Any:

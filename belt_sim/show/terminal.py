@@ -3,7 +3,9 @@
 import json
 import multiprocessing
 import os
+import shutil
 import sys
+import textwrap
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -12,20 +14,16 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich import box
-from rich.console import Console
-from rich.markup import escape
-from rich.padding import Padding
-from rich.table import Table as RichTable
-from rich.text import Text
-
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Frame, Observer
 from belt_sim.errors import InputError
 from belt_sim.model import BY_TENSION
 from belt_sim.results.words import Table, capital, in_terminal
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # a run of a line model prints lines alone, and does not wait for rich
+    from rich.console import Console
+    from rich.table import Table as RichTable
+
     from belt_sim.results.diagnosis import Diagnosis
 
 #: why a model was chosen for one case
@@ -40,19 +38,25 @@ def tell_choice(config: Mapping[str, Any], model: str, why: str = "") -> None:
 
 def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
     """Lines of a result, its verdict first, then its tables, then where its files are (a path among the lines)."""
-    out, lines = Console(highlight=False), list(lines)
-    wrapped = out.is_terminal or "COLUMNS" in os.environ  # a pipe has a sentence a line
-    for line in (x for x in lines if not isinstance(x, Path)):
-        out.print(in_terminal(line), soft_wrap=not wrapped, markup=False)
+    lines, width = list(lines), shutil.get_terminal_size().columns
+    wrapped = sys.stdout.isatty() or "COLUMNS" in os.environ  # a pipe has a sentence a line
+    for line in (in_terminal(x) for x in lines if not isinstance(x, Path)):
+        print(textwrap.fill(line, width, break_on_hyphens=False) if wrapped else line)
     for table in tables:
-        out.print(rich_table(table))
+        from rich.console import Console
+
+        Console(highlight=False).print(rich_table(table))
     for path in (x for x in lines if isinstance(x, Path)):
-        out.print(str(path), soft_wrap=True, markup=False)
+        print(path)
 
 
 def tell_diagnosis(d: "Diagnosis", folder: Path, *, verbose: bool = False) -> None:
     """Verdict, what takes certainty off it, effects, where the model fails, how the error falls, what to do next;
     verbose: the tables of candidates and of errors as well."""
+    from rich.console import Console
+    from rich.padding import Padding
+    from rich.text import Text
+
     from belt_sim.results.diagnosis import SHOWN_ACTIONS, error_line
     from belt_sim.show.report import plant_card, rival_cards
 
@@ -99,8 +103,13 @@ def tell_diagnosis(d: "Diagnosis", folder: Path, *, verbose: bool = False) -> No
 LONGEST_UNBROKEN = 34  # of a run or effect, that its column never breaks
 
 
-def rich_table(table: Table) -> RichTable:
+def rich_table(table: Table) -> "RichTable":
     """A table of a result for the terminal, without lines between columns: on a narrow window words wrap in place."""
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table as RichTable
+    from rich.text import Text
+
     look: Any = {"box": box.SIMPLE_HEAD, "pad_edge": False, "collapse_padding": True}
     shown = RichTable(title=escape(table.title), title_justify="left", **look)
     for k, name in enumerate(table.columns):
@@ -167,10 +176,12 @@ LINE_EVERY = 0.10  # share of the work between two lines where there is no termi
 
 
 def _begin(
-    console: Console | None, title: str, total: float, timed: bool
+    console: "Console | None", title: str, total: float, timed: bool
 ) -> tuple[Callable[[float, str], None], Callable[[], None]]:
     """update(done, note) and close() of a bar on a terminal of one's own; elsewhere at most a line a tenth of the work,
     all on standard error. timed: the end can be told from what is done; else there is a line a note."""
+    from rich.console import Console
+
     console = console or Console(stderr=True)
     began, said = time.monotonic(), ""
     bar: Any = None
@@ -213,7 +224,7 @@ def _begin(
 
 @contextmanager
 def progress(
-    total: float, title: str, console: Console | None = None, *, timed: bool = True
+    total: float, title: str, console: "Console | None" = None, *, timed: bool = True
 ) -> Iterator[Callable[..., None]]:
     """Show how far some work is: ``with progress(n, "bootstrap") as done: ...; done()``, which adds ``amount`` to what
     is done and shows ``note`` beside it. timed: whether the time left can be told from it."""
@@ -233,6 +244,8 @@ def progress(
 @contextmanager
 def stages_shown(title: str) -> Iterator[Callable[[int, str], None]]:
     """A bar for work in stages, as ``in_stages``, where somebody looks: a terminal or a notebook; else nothing."""
+    from rich.console import Console
+
     console = Console()
     if not (console.is_terminal or console.is_jupyter):
         yield lambda count, stage: None
@@ -281,7 +294,7 @@ class ProgressObserver:
     the work is all steps of the run where the engine says how many it has made (``advance``), else the travel."""
 
     title: str = "belt"
-    console: Console | None = None
+    console: "Console | None" = None
     live_only = True  # of a run that has ended it has nothing to say
 
     def start(self, case: Case, travel: float) -> None:
