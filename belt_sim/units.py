@@ -179,28 +179,44 @@ _DIGITS = r"[+-]?\d(?:[\d.,'’ \u00a0\u202f]*\d)?[.,]?(?:[eE][+-]?\d+)?|[+-]?[.
 _QUANTITY = re.compile(rf"\s*(?P<value>{_DIGITS})\s*(?:(?:\+-|\+/-|±)\s*(?P<u>{_DIGITS}))?\s*(?P<unit>[^\s\d].*)?\Z")
 
 
+#: the other mark of a number
+OTHER = {".": ",", ",": "."}
+#: decimal mark -> a number without and with marks of thousands; with an exponent either mark is a decimal one
+_DECIMAL = r"[+-]?(?:\d+{0}?\d*|{0}\d+)"
+_PLAIN = {d: re.compile(rf"{_DECIMAL.format(f'[{d}]')}\Z|{_DECIMAL.format('[.,]')}[eE][+-]?\d+\Z") for d in ".,"}
+_GROUPED = {d: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:[{OTHER[d]}]\d{{3}})+(?:[{d}]\d*)?\Z") for d in ".,"}
+#: a gap between thousands or behind a sign, a Fortran exponent (1.0D+00), and a negative number as (12.5) or 12.5-
+_GAP = re.compile(r"(?<=\d)[ '’\u00a0\u202f](?=\d{3}(?!\d))|(?<=^[+-]) +")
+_FORTRAN = re.compile(r"(?<=[\d.,])[dD](?=[+-]?\d+\Z)")
+_NEGATIVE = re.compile(r"\((\d[\d.,]*)\)\Z|(\d[\d.,]*)-\Z")
+
+
+def readings_of(cell: str) -> dict[str, float]:
+    """The number in a cell by the decimal mark that it is read with, the other mark or a gap between thousands.
+
+    Both are there of 1,500, which is 1.5 or 1500, and of 15; none is there of what is no number.
+    """
+    text, found = _FORTRAN.sub("e", _NEGATIVE.sub(r"-\1\2", _GAP.sub("", cell.strip()))), dict[str, float]()
+    for mark, other in OTHER.items():
+        if _PLAIN[mark].match(text):
+            found[mark] = float(text.replace(",", "."))
+        elif _GROUPED[mark].match(text):
+            found[mark] = float(text.replace(other, "").replace(mark, "."))
+    return found
+
+
 def number_of(text: str, name: str = "number") -> float:
     """The number in a text with a decimal point or comma and marks of thousands (1,200.5; 1.200,5; 1 200; 1'200).
 
     Raises InputError for what is none, and for ``1,200``, which is 1.2 to some and 1200 to others.
     """
-    plain = re.sub(r"(?<=\d)[ '’\u00a0\u202f](?=\d{3}(?!\d))", "", plain_minus(text.strip()))
-    marks = {m: plain.count(m) for m in ".,"}
-    if re.fullmatch(r"[+-]?[1-9]\d{0,2},\d{3}", plain):
-        whole, small = plain.replace(",", ""), plain.replace(",", ".")
+    found = readings_of(plain_minus(text))
+    if "," in text and len({*found.values()}) == 2:
+        whole, small = (f"{found[mark]:g}" for mark in ".,")
         raise InputError(name, text, "", f"has two readings; write {whole} or {small}")
-    if all(marks.values()):  # the last mark is the decimal one
-        decimal, thousands = (".", ",") if plain.rfind(".") > plain.rfind(",") else (",", ".")
-        head, _, tail = plain.rpartition(decimal)
-        if marks[decimal] == 1 and re.fullmatch(rf"[+-]?\d{{1,3}}(?:[{thousands}]\d{{3}})+", head):
-            plain = f"{head.replace(thousands, '')}.{tail}"
-    for mark in ".,":
-        if re.fullmatch(rf"[+-]?[1-9]\d{{0,2}}(?:[{mark}]\d{{3}}){{2,}}", plain):
-            plain = plain.replace(mark, "")
-    try:
-        return float(plain.replace(",", "."))
-    except ValueError:
-        raise InputError(name, text, "", "is no number; write it with a decimal point, as 1200.5") from None
+    if not found:
+        raise InputError(name, text, "", "is no number; write it with a decimal point, as 1200.5")
+    return next(iter(found.values()))
 
 
 def quantity(text: object, dimensions: tuple[str, ...], default: str, name: str) -> tuple[float, float | None, str]:

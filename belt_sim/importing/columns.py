@@ -18,7 +18,7 @@ from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, CampaignError, di
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import DAY, ROLES, ColumnEntry, MappingEntry, Question, ask, texts_of
 from belt_sim.settings import SIGNAL_DIMENSION
-from belt_sim.units import NAMES, UNITS, quantity, scaled_unit, split_unit, unit_of
+from belt_sim.units import NAMES, OTHER, UNITS, quantity, scaled_unit, split_unit, unit_of
 
 #: dimension -> unit that a question proposes, and in which a signal is written
 USUAL_UNITS = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
@@ -55,8 +55,6 @@ _STATED = re.compile(r"\[\s*([^\]]+?)\s*\]|\(\s*(\S{2,8}|[A-Z])\s*\)|(?:\s+in\s+
 _RATE = re.compile(r"^(?:rate|drift|driftrate|laufrate)[ _]*([1-4])?$")
 
 
-#: the other mark of a number
-OTHER = {".": ",", ",": "."}
 #: a clock goes on at midnight, and is set by an hour in spring and autumn, where the step left is below so many steps
 NEXT, SHORT = 20.0, 60.0
 

@@ -24,9 +24,9 @@ import pandas as pd
 
 from belt_sim.campaign.types import refusal, shortlist
 from belt_sim.errors import BeltError, InputError
-from belt_sim.importing.columns import OTHER, Column, LoggedTable, LoggedTables, Note, propose_roles, role_named
+from belt_sim.importing.columns import Column, LoggedTable, LoggedTables, Note, propose_roles, role_named
 from belt_sim.importing.mapping import zone_seconds
-from belt_sim.units import plain_minus, unit_named
+from belt_sim.units import OTHER, plain_minus, readings_of, unit_named
 
 #: Words that loggers write where they have no reading.
 MISSING = (
@@ -40,17 +40,6 @@ FAR = 10.0
 #: Cells by which the kind of a column is told.
 SAMPLE = 200
 
-# ---- numbers
-
-#: decimal mark -> a number without and with marks of thousands; with an exponent either mark is a decimal one
-_PLAIN = {d: re.compile(rf"[+-]?(?:\d+[{d}]?\d*|[{d}]\d+)\Z|[+-]?\d*[.,]?\d*[eE][+-]?\d+\Z") for d in ".,"}
-_GROUPED = {d: re.compile(rf"[+-]?[1-9]\d{{0,2}}(?:[{OTHER[d]}]\d{{3}})+(?:[{d}]\d*)?\Z") for d in ".,"}
-#: a number with one mark that may be of decimals or of thousands, as 1,500
-_DOUBTFUL = re.compile(r"\s*[+-]?[1-9]\d{0,2}[.,]\d{3}\s*\Z")
-#: a gap between thousands or behind a sign, and a negative number as (12.5) or 12.5-
-_GAP = re.compile(r"(?<=\d)[ '’\u00a0\u202f](?=\d{3}(?!\d))|(?<=^[+-]) +")
-_FORTRAN = re.compile(r"(?<=[\d.,])[dD](?=[+-]?\d+\Z)")
-_NEGATIVE = re.compile(r"\((\d[\d.,]*)\)\Z|(\d[\d.,]*)-\Z")
 #: full-width letters and digits of East Asian text
 _WIDE = str.maketrans({0xFF01 + k: 0x21 + k for k in range(94)})
 
@@ -59,15 +48,9 @@ def is_missing(cell: str) -> bool:
     return not cell.strip() or cell.strip() in MISSING
 
 
-def _bare(cell: str) -> str:
-    """A cell without gaps between thousands, its minus sign in front, a Fortran exponent (1.0D+00) as an E."""
-    return _FORTRAN.sub("e", _NEGATIVE.sub(r"-\1\2", _GAP.sub("", cell.strip())))
-
-
-def is_number(cell: str, marks: str = ".,") -> bool:
-    """Whether a cell is a number with one of these decimal marks, the other one or a gap between thousands."""
-    text = _bare(cell)
-    return any(_PLAIN[mark].match(text) or _GROUPED[mark].match(text) for mark in marks)
+def is_doubtful(cell: str) -> bool:
+    """Whether a cell is one number or another by its decimal mark, as 1,500."""
+    return len({*readings_of(cell).values()}) == 2
 
 
 # ---- dates and times of day
@@ -164,20 +147,15 @@ def column_of(cells: pd.Series, unit: str, decimal: str, is_open: bool, lines: n
     filled = ~texts.map(is_missing).to_numpy(dtype=bool)
     sample = [str(c) for c in texts[filled].iloc[:SAMPLE]]
     are_times = sum(map(is_time, sample)) > 0.5 * len(sample)
-    if not are_times and sum(map(is_number, sample)) <= 0.5 * len(sample):
+    if not are_times and sum(map(bool, map(readings_of, sample))) <= 0.5 * len(sample):
         return Column(name=name, values=texts.where(filled, "").to_numpy(dtype=object), unit=unit)
     known, zone = texts.where(filled), ""
     if are_times:
         key, readings, zone = stamps_of(known, next(c for c in texts[filled] if is_time(c)))
     else:
-        bare = known.map(_bare, na_action="ignore")
-        exponent = bare.str.contains("e", case=False, regex=False).fillna(False).astype(bool)
-        readings = {}
+        numbers, readings = [readings_of(c) if there else {} for c, there in zip(texts, filled, strict=True)], {}
         for mark in (decimal, OTHER[decimal]) if is_open else (decimal,):
-            fits = np.array([isinstance(c, str) and is_number(c, mark) for c in bare], dtype=bool)
-            whole = bare.str.replace(OTHER[mark], "", regex=False).str.replace(mark, ".", regex=False)
-            whole = whole.where(~exponent, bare.str.replace(",", ".", regex=False)).where(fits)
-            readings[mark] = pd.to_numeric(whole, errors="coerce").to_numpy(dtype=float, na_value=np.nan)
+            readings[mark] = np.array([own.get(mark, np.nan) for own in numbers])
         complete = {d: v for d, v in readings.items() if not (filled & np.isnan(v)).any()}
         key, readings = "decimal" * (len(complete) == 2), complete or {decimal: readings[decimal]}
     wrong = filled & np.isnan(next(iter(readings.values())))
@@ -185,11 +163,11 @@ def column_of(cells: pd.Series, unit: str, decimal: str, is_open: bool, lines: n
         remedy = "is no number; mend this cell or leave it blank"
         if are_times:
             remedy = "is neither a date nor a time of day like those before it; mend this cell"
-        elif any(is_number(c, OTHER[decimal]) for c in texts[wrong]):
+        elif any(map(readings_of, texts[wrong])):
             remedy = f"decimal marks are mixed: the file has '{decimal}' elsewhere; write one mark throughout"
         k = int(np.argmax(wrong))
         raise refusal(file, remedy, line=int(lines[k]), name=name, value=str(cells.iloc[k]))
-    first = next((c for c in texts[filled] if key and (key != "decimal" or _DOUBTFUL.match(c))), "")
+    first = next((c for c in texts[filled] if key and (key != "decimal" or is_doubtful(c))), "")
     return Column(
         name=name, values=next(iter(readings.values())), unit="s" if are_times else unit, stamp=are_times, zone=zone,
         asked=key, readings=readings if key else {}, first_cell=first,
@@ -383,7 +361,7 @@ def layout_of(lines: Sequence[str], separators: Iterable[str]) -> Layout | None:
 
 def count_readings(row: Sequence[str]) -> int:
     """How many cells of a row are numbers or times."""
-    return sum(is_number(c) or is_time(c) for c in row)
+    return sum(bool(readings_of(c)) or is_time(c) for c in row)
 
 
 def _head(above: Sequence[Sequence[str]], width: int) -> tuple[int, tuple[str, ...], tuple[str, ...]]:
@@ -443,17 +421,14 @@ def _table(
     kept, numbers, again, remarks = _rows(place, lines, layout)
     sample = [cells for line in kept[:MARKS] if len(cells := split(line, layout.separator)) == len(layout.names)]
     shown = Counter[str]()  # decimal marks that cells show beyond doubt
-    for text in (_bare(c) for cells in sample for c in cells):
-        marks = {m: text.count(m) for m in ".,"}
-        if any(marks.values()) and "e" not in text.lower() and not _DOUBTFUL.match(text):
-            clear = ((m, _GROUPED if marks[other] else _PLAIN) for m, other in OTHER.items() if marks[m] <= 1)
-            shown.update(m for m, form_of in clear if form_of[m].match(text))
-    of_doubt = {m for cells in sample for c in cells if _DOUBTFUL.match(c) for m in ".," if m in c}
+    for found in (readings_of(c) for cells in sample for c in cells):
+        shown.update(found if len(found) == 1 else ())
+    of_doubt = {m for cells in sample for c in cells if is_doubtful(c) for m in ".," if m in c}
     known = form.get("decimal") or max(shown, key=lambda m: shown[m], default="")
     is_open = not known and bool(of_doubt) and not (of_doubt == {"."} and layout.separator == ",")
     decimal = known or "."
     remark += f"decimal {'comma' if decimal == ',' else 'point'}, " if remark else ""
-    marked = [n for k, n in enumerate(layout.names) if is_open and any(_DOUBTFUL.match(cells[k]) for cells in sample)]
+    marked = [n for k, n in enumerate(layout.names) if is_open and any(is_doubtful(cells[k]) for cells in sample)]
     blanks = layout.separator == " "
     options: dict[str, Any] = {"sep": r"\s+" if blanks else layout.separator, "decimal": decimal}
     options |= {"header": None, "index_col": False, "names": layout.names, "na_values": list(MISSING)}
