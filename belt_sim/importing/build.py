@@ -80,7 +80,11 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
             remedy += "; a workbook keeps those of its formulas only if it was saved with them"
         raise InputError("files", "no signal", "", remedy)
     notes = [n for t in tables for n in t.notes]
-    notes += dict.fromkeys(note for c in used for note in _unit_changed(c))
+    changed = (
+        c for c in used if c.stated_unit and c.entry.unit and c.unit and UNITS.get(c.stated_unit) != UNITS[c.unit]
+    )
+    told = "the file says {0.stated_unit}, the mapping {0.unit}; the mapping is taken"
+    notes += dict.fromkeys(Note(c.name, told.format(c)) for c in changed)
     notes += [Note(m.key, n) for m in made for n in m.notes]
     middles = {c.signal: c.middle for c in used if c.middle is not None}
     runs, more, step = runs_on_one_grid([] if asked else made, entry, middles)
@@ -111,14 +115,6 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
         comments=remarks | of_settings | of_signals,
         notes=tuple(notes + more),
     )
-
-
-def _unit_changed(column: Column) -> list[Note]:
-    """The remark on a column whose unit is another one in the mapping than in its file."""
-    stated, unit = column.stated_unit, column.unit if column.entry.unit else ""
-    if not stated or not unit or UNITS.get(stated) == UNITS[unit]:
-        return []
-    return [Note(column.name, f"the file says {stated}, the mapping {unit}; the mapping is taken")]
 
 
 #: Revolutions of the belt, and part of a span, that a record is likely to travel; likely settings in SI.

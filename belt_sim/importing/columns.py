@@ -34,14 +34,6 @@ BY_DIMENSION = {"time": "time", "speed": "speed", "stress": "tension", "force": 
 #: Columns that a table has once, and those of which several may be added or averaged.
 ONCE = ("run", "time", "travel", "speed", "tension", "yaw", "yaw_head", "direction", "yaw_at", "start", "y0", "u_rate")
 OF_SEVERAL = {"tension": ("sum", "mean"), "yaw": ("mean",), "speed": ("mean",), "travel": ("mean",)}
-#: Words of a column that was demanded, not measured, and of one that was measured.
-_SET = re.compile(
-    r"(?:^| )(?:set|soll|sollwert|sp|setpoint|target|command|cmd|vorgabe|demand|nominal|reference)(?: |$)"
-)
-#: Words of a force that two strands share.
-_OF_TWO = re.compile(r"(?:^| )(?:axles?|shaft|achs\w*|wellen\w*|gesamt\w*|total|sum|summe\w*|both|overall)(?: |$)")
-#: Words of a force at one side of the belt, beside which the other side's has a column.
-_ONE_SIDE = re.compile(r"(?:^| )(?:left|right|links|rechts|linke\w*|rechte\w*)(?: |$)")
 _NUMBERED = re.compile(
     r"^(?:y|kante|edge|bandkante|lateral|pos|position|point|punkt|ablage|sensor|laser|p)[ _]*([1-4])\b"
 )
@@ -244,6 +236,11 @@ def role_named(name: str) -> str:
     return spoken[max(spoken, key=len)] if spoken else ""
 
 
+def _remarks(name: str, part: str) -> bool:
+    """Whether a name has a word of this part of the remarks."""
+    return any(_speaks_of(plain(name), known) for known in texts_of(SYNONYMS_FILE)["remarks"][part])
+
+
 def _speaks_of(words: str, known: str) -> bool:
     """Whether words hold a known name: as a word of its own, or, if it is long, as a part of one."""
     if len(known) == 1:  # x, s, t, v name a column alone, not sensor s1
@@ -410,7 +407,7 @@ def _use_one(role: str, same: list[int], columns: list[Column], use: str, notes:
         named = [k for k in same if columns[k].name == use]
         stated = [k for k in same if columns[k].entry.role]
         numbers = [k for k in same if not columns[k].is_text]
-        actual = [k for k in numbers if not _SET.search(plain(columns[k].name))]
+        actual = [k for k in numbers if not _remarks(columns[k].name, "demanded")]
         counted = [k for k in numbers if columns[k].stated_unit and not columns[k].stamp] if role == "time" else []
         chosen = next((c for c in (named, stated, numbers, actual, counted[:1]) if len(c) == 1), [])
         if (not chosen and role in ("run", "direction", "start", "yaw_at", "y0", "u_rate")) or kind != "record":
@@ -568,9 +565,10 @@ def _open_questions(column: Column, table: LoggedTable) -> Iterator[Question]:
             yield ask("unit", units, usual, **words)
     is_force = column.role == "tension" and UNITS.get(column.unit, ("",))[0] == "force"
     if is_force and "factor" not in entry.model_fields_set:
-        name = plain(column.name)
-        sides = [c for c in table.columns if _ONE_SIDE.sub(" ", plain(c.name)) == _ONE_SIDE.sub(" ", name)]
-        if _OF_TWO.search(name):
+        if _remarks(column.name, "of_two"):
             yield ask("both_strands", **words)
-        if _ONE_SIDE.search(name) and len(sides) < 2:
+        one_side = [
+            [w for w in plain(c.name).split() if not _remarks(w, "of_one_side")] for c in (column, *table.columns)
+        ]
+        if _remarks(column.name, "of_one_side") and one_side[1:].count(one_side[0]) < 2:
             yield ask("one_side", **words)

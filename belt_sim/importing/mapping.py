@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import yaml
-from pydantic import AfterValidator, BeforeValidator, ValidationError
+from pydantic import AfterValidator, BeforeValidator, ValidationError, create_model
 
 from belt_sim.campaign.sheet import REMEDIES_BY_TYPE, Entry, MarkedYaml, SourceEntry, parse, validation_problem
 from belt_sim.campaign.types import CampaignError, Problem, did_you_mean, place_text, refusal
@@ -50,19 +50,21 @@ class SourceMapping(SourceEntry):
     kind: Literal["measured", "digitised", "synthetic"] = "measured"
 
 
-class MachineMapping(Entry):
-    centre_distance: Text | None = None
-    pulley_radius: Text | None = None
-    head_radius: Text | None = None
-    tail_radius: Text | None = None
-
-
-class BeltMapping(Entry):
-    width: Text | None = None
-    thickness: Text | None = None
-    youngs_modulus: Text | None = None
-    density: Text | None = None
-    poisson_ratio: Text | None = None
+#: numbers of machine and belt -> unit where none is written, and relative u that is assumed where none is stated
+DATA = {
+    "machine": {"centre_distance": ("m", 5e-4)}
+    | dict.fromkeys(("pulley_radius", "head_radius", "tail_radius"), ("m", 3e-3)),
+    "belt": {
+        "width": ("mm", 5e-4),
+        "thickness": ("mm", 1e-2),
+        "youngs_modulus": ("GPa", 2e-2),
+        "density": ("kg/m^3", 0.0),
+        "poisson_ratio": ("1", 0.0),
+    },
+}
+_FIELDS: dict[str, Any] = {part: dict.fromkeys(names, (Text | None, None)) for part, names in DATA.items()}
+MachineMapping = create_model("MachineMapping", __base__=Entry, **_FIELDS["machine"])
+BeltMapping = create_model("BeltMapping", __base__=Entry, **_FIELDS["belt"])
 
 
 def zone_seconds(zone: str) -> float:
@@ -168,8 +170,8 @@ class MappingEntry(Entry):
     schema_: Literal["belt-mapping/1"] = "belt-mapping/1"
     title: str | None = None
     source: SourceMapping = SourceMapping()
-    machine: MachineMapping | str | None = None
-    belt: BeltMapping | str | None = None
+    machine: MachineMapping | str | None = None  # type: ignore[valid-type]
+    belt: BeltMapping | str | None = None  # type: ignore[valid-type]
     format: FormatEntry = FormatEntry()
     columns: dict[str, ColumnEntry] = {}
     all_runs: RunEntry = RunEntry()

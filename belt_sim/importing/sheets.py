@@ -19,42 +19,17 @@ from scipy.interpolate import BSpline
 from belt_sim.campaign import Campaign, Run, SignalSheet, Source
 from belt_sim.campaign.folder import put_folder, read_plan, runs_text, sheet_tree
 from belt_sim.campaign.quality import resolution, scatter, scatter_of_wander
-from belt_sim.campaign.sheet import field_texts
+from belt_sim.campaign.sheet import Entry, field_texts
 from belt_sim.campaign.types import PLACES, BeltSheet, Machine, Quantity, SettingsSheet, did_you_mean, kind_at
 from belt_sim.case import Belt, Case, Rig, Schedule, Settings
 from belt_sim.diagnosis.foresight import harm_warnings
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import SIGNAL_NAMES, USUAL_UNITS, Column
-from belt_sim.importing.mapping import BeltMapping, MachineMapping, MappingEntry, Question, ask, flow_text
+from belt_sim.importing.mapping import DATA, MappingEntry, Question, ask, flow_text, texts_of
 from belt_sim.io import group_names
-from belt_sim.settings import BOUNDS, SIGNAL_DIMENSION, Range, belt_from, rig_from
+from belt_sim.settings import BOUNDS, SIGNAL_DIMENSION, belt_from, rig_from
 from belt_sim.units import DEGREE, MM, N_PER_MM2, UNITS, quantity, round_digits, size_of, two_digits
 from belt_sim.validity import STRENGTH, limits
-
-
-class Datum(NamedTuple):
-    """A number of the machine or the belt. unit: where none is written; relative_u: assumed where none is stated;
-    needed: whether it is asked for."""
-
-    unit: str
-    bounds: Range
-    relative_u: float
-    needed: bool = True
-
-
-MACHINE_DATA = {
-    "centre_distance": Datum("m", BOUNDS["centre_distance"], 5e-4),
-    "pulley_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3),
-    "head_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3, needed=False),
-    "tail_radius": Datum("m", BOUNDS["pulley_radius"], 3e-3, needed=False),
-}
-BELT_DATA = {
-    "width": Datum("mm", BOUNDS["width"], 5e-4),
-    "thickness": Datum("mm", BOUNDS["thickness"], 1e-2),
-    "youngs_modulus": Datum("GPa", BOUNDS["youngs_modulus"], 2e-2),
-    "density": Datum("kg/m^3", BOUNDS["density"], 0.0),
-    "poisson_ratio": Datum("1", BOUNDS["poisson_ratio"], 0.0, needed=False),
-}
 
 
 def settings_of(mapping: MappingEntry) -> tuple[SettingsSheet, dict[str, str]]:
@@ -69,12 +44,12 @@ def settings_of(mapping: MappingEntry) -> tuple[SettingsSheet, dict[str, str]]:
 
 
 def machine_and_belt(
-    of_machine: MachineMapping | Rig | str | None, of_belt: BeltMapping | Belt | str | None
+    of_machine: Entry | Rig | str | None, of_belt: Entry | Belt | str | None
 ) -> tuple[Machine | None, BeltSheet | None, dict[str, str], list[Question]]:
     """Machine and belt, each None where something of it is missing; remarks on their numbers; what is missing."""
     machine: Machine | None = None
     belt: BeltSheet | None = None
-    found, remarks, missing = _quantities(of_machine, "rig", MACHINE_DATA, "machine")
+    found, remarks, missing = _quantities(of_machine, "machine")
     own = [k for k in ("head_radius", "tail_radius") if k in found]
     if len(own) == 1 or (own and "pulley_radius" in found):
         remedy = "state either pulley_radius, or both head_radius and tail_radius"
@@ -86,7 +61,7 @@ def machine_and_belt(
         if machine.head_radius.value + machine.tail_radius.value >= centre:
             raise InputError("machine.centre_distance", centre, "m", "the pulleys overlap; check the radii")
     remarks |= {"machine.pulley_radius": remarks["machine.head_radius"]} if "machine.head_radius" in remarks else {}
-    found, about_numbers, about_belt = _quantities(of_belt, "belt", BELT_DATA, "belt")
+    found, about_numbers, about_belt = _quantities(of_belt, "belt")
     if not about_belt:
         belt = BeltSheet(**found)
         if belt.thickness.value >= belt.width.value:
@@ -95,27 +70,27 @@ def machine_and_belt(
 
 
 def _quantities(
-    entry: MachineMapping | BeltMapping | Rig | Belt | str | None, kind: str, wanted: dict[str, Datum], key: str
+    entry: Entry | Rig | Belt | str | None, part: str
 ) -> tuple[dict[str, Quantity], dict[str, str], list[Question]]:
-    """Numbers that are written as text with units, or those of a rig or belt or its name; remarks on them, and
-    questions on those that are missing."""
+    """Numbers of machine or belt that are written as text with units, or those of a rig or belt or its name; remarks
+    on them, and questions on those that are missing."""
     found, remarks, missing = dict[str, Quantity](), dict[str, str](), list[Question]()
     if isinstance(entry, str):
-        names = group_names(kind)
-        if entry not in names:
-            raise InputError(key, entry, "", f"is no {kind} that is known ({', '.join(names)}); give its numbers")
-        entry = rig_from(entry) if kind == "rig" else belt_from(entry)
-    for name, datum in wanted.items():
-        stated, u = getattr(entry, name, None), None
+        kind, read = ("rig", rig_from) if part == "machine" else ("belt", belt_from)
+        if entry not in (names := group_names(kind)):
+            raise InputError(part, entry, "", f"is no {kind} that is known ({', '.join(names)}); give its numbers")
+        entry = read(entry)
+    for name, (unit, relative_u) in DATA[part].items():
+        stated, u, bounds = getattr(entry, name, None), None, BOUNDS[name]
         if stated is None:
-            missing += [ask(name)] if datum.needed else []
+            missing += [ask(name)] if name in texts_of("questions.yaml") else []
             continue
         if isinstance(stated, str):
-            value, u, unit = quantity(stated, (datum.bounds.dimension,), datum.unit, f"{key}.{name}")
-            stated, u = datum.bounds.check(value, unit, name=f"{key}.{name}"), None if u is None else u * UNITS[unit][1]
-        if u is None and datum.relative_u:
-            remarks[f"{key}.{name}"] = "u is assumed, none was stated"
-        u = datum.relative_u * float(stated) if u is None else u
+            value, u, own = quantity(stated, (bounds.dimension,), unit, f"{part}.{name}")
+            stated, u = bounds.check(value, own, name=f"{part}.{name}"), None if u is None else u * UNITS[own][1]
+        if u is None and relative_u:
+            remarks[f"{part}.{name}"] = "u is assumed, none was stated"
+        u = relative_u * float(stated) if u is None else u
         found[name] = Quantity(value=round_digits(float(stated), 12), u=round_digits(u, 12))
     return found, remarks, missing
 
