@@ -21,8 +21,8 @@ REVERSAL = 0.2
 STOPPED = 1e-3
 #: Share of a run's usual speed below which the travel stands, or creeps as a counter does that has come loose.
 CREEPS = 0.01
-#: Steps of a counter within which it must go on where it rolls over, and the numbers [its unit] at which counters do.
-GOES_ON, FULL = 3.0, (*(10.0**k for k in range(1, 8)), *(2.0**k for k in range(8, 33)), 65.536, 32.768)
+#: Usual steps within which a counter or a reading goes on.
+GOES_ON = 3.0
 #: Usual steps of the clock that are a gap.
 GAP_OF_CLOCK = 20.0
 #: Steps of the travel beyond which a last row is no reading, but a total.
@@ -31,8 +31,7 @@ LAST_ROW_STEPS = 100.0
 
 def count_on(table: LoggedTable) -> LoggedTable:
     """The table with its travel mended, and told of it: blank where the counter reads one far-off number (0, 1500) for
-    some rows and then goes on from where it was; counted on where it rolls over. A fall to where the file began is a
-    new run."""
+    some rows and then goes on from where it was. A fall to where the file began is a new run, or is asked about."""
     column = table.column("travel")
     values = column.values.astype(float) if column is not None and not column.is_text else np.empty(0)
     there = np.flatnonzero(np.isfinite(values))
@@ -54,19 +53,7 @@ def count_on(table: LoggedTable) -> LoggedTable:
     if steps[-1] > LAST_ROW_STEPS * usual:
         lost.append(int(there[-1]))
         notes.append(Note("", f"{column.name} is {values[lost[-1]]:.6g} in the last row, far off all others: left out"))
-    if lost:
-        values = values.copy()
-        values[lost] = np.nan
-        there = np.setdiff1d(there, lost)
-        steps = np.diff(values[there])
-    falls, most = np.flatnonzero(steps < 0.0), values[there].max()
-    at_full = (f for f in FULL if most <= f and len(falls) and np.all(abs(steps[falls] + f - usual) <= GOES_ON * usual))
-    full = next(at_full, 0.0)
-    if full and values[there[0]] - values[there[falls + 1]].max() > GOES_ON * usual:
-        for row in there[falls + 1].tolist():
-            values = values + full * (np.arange(len(values)) >= row)
-            where = f"rolls over at {full:g} {column.unit} (line {table.lines[row]})"
-            notes.append(Note("", f"{column.name} {where}: counted on there"))
+    values[lost] = np.nan
     columns = tuple(replace(c, values=values) if c is column else c for c in table.columns)
     return replace(table, columns=columns, notes=tuple(notes))
 

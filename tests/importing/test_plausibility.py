@@ -1,4 +1,4 @@
-"""Numbers that a machine hardly has are asked about, and a counter that rolls over is counted on."""
+"""Numbers that a machine hardly has are asked about, and so is a counter that falls."""
 
 import numpy as np
 import pytest
@@ -45,12 +45,14 @@ def test_a_tension_that_moves_within_a_run_is_asked_about(tmp_path, rise, scatte
         assert run.tension == pytest.approx(10.5e6, rel=0.01)
 
 
-@pytest.mark.parametrize(("full", "first"), [(100.0, 83.2), (65.536, 51.0), (1000.0, 990.0)])
-def test_a_counter_that_rolls_over_is_counted_on_and_said(tmp_path, full, first):
-    shown = (first + L.travel) % full
-    (run,) = (made := proposal(tmp_path / "a.csv", ["Weg [m]", "y1 [mm]"], [shown, L.y1])).complete().runs
+def test_a_counter_that_rolls_over_is_asked_about_and_counted_on(tmp_path):
+    file, columns = tmp_path / "a.csv", [(83.2 + L.travel) % 100.0, L.y1]
+    (question,) = proposal(file, ["Weg [m]", "y1 [mm]"], columns).missing
+    assert question.key == "format.counter"
+    made = proposal(file, ["Weg [m]", "y1 [mm]"], columns, format={"counter": "goes_on"})
+    (run,) = made.complete().runs
     assert run.travel[-1] == pytest.approx(L.travel[-1], abs=1e-6)
-    assert any(f"rolls over at {full:g} m" in n.text for n in made.notes)
+    assert any("counted on there" in n.text for n in made.notes)
 
 
 def test_a_counter_that_was_reset_is_two_runs_and_one_that_jumps_is_refused(tmp_path):
