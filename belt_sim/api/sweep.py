@@ -56,7 +56,6 @@ SPACINGS = ("even", "ratio")
 CHUNK_CASES = 250  # cases marched side by side in one thread; their state stays in a core's cache
 MOST_SWEPT_CASES = 10**7  # cases
 CASES_ASKED = 128  # cases asked for the limits that they leave, 4 ms each
-AXES_COMBINED = 3  # axes that all ends of the others are combined of
 READ_AT = (1.0, 10.0)  # [m] of travel
 #: columns of models that are no march
 RUN_COLUMNS = (*(f"rate{k}_mm_per_m" for k in POINT_NUMBERS), "offset_upper_mm", "offset_lower_mm", "settled")
@@ -195,45 +194,37 @@ class SweepGrid:
                 found[rows & (tension >= tensions[first])] = "strip"
         return found
 
-    def corners(self) -> list[Case]:
-        """The cases at the ends of all axes of the rig, and of each other axis by itself, each checked as a case is."""
+    def corners(self) -> set[tuple[float, ...]]:
+        """The points at the ends of all axes of the rig, and of each other axis by itself, checked as a case is."""
         ends = [(float(a.values.min()), float(a.values.max())) for a in self.axes]
         first = tuple(float(a.values[0]) for a in self.axes)
         of_rig = [ends[k] if key.startswith("rig.") else (first[k],) for k, key in enumerate(self.keys)]  # may overlap
-        chosen = {first, *product(*of_rig)}
-        chosen |= {(*first[:k], end, *first[k + 1 :]) for k, both in enumerate(ends) for end in both}
-        found = []
-        for corner in sorted(chosen):
+        found = {first, *product(*of_rig)}
+        found |= {(*first[:k], end, *first[k + 1 :]) for k, both in enumerate(ends) for end in both}
+        for corner in sorted(found):
             checked = copy.deepcopy(dict(self.plain)) | {"travel": self.plain["travel"] or 1.0}
             for axis, value in zip(self.axes, corner, strict=True):
                 group, _, name = axis.key.rpartition(".")
                 if group in ("", *SWEPT_GROUPS):
                     (checked[group] if group else checked)[name] = value
             case_from(checked)
-            si = np.array(corner) * [a.unit for a in self.axes]
-            found.append(place_values(self.case, self.effects, self.keys, si)[0])
         return found
 
+    def placed(self, point: Sequence[float]) -> tuple[Case, tuple[Effect, ...]]:
+        """The case and the effects at a point (axes,), in the units of the axes."""
+        return place_values(self.case, self.effects, self.keys, np.array(point) * [a.unit for a in self.axes])
+
     def beyond(self, table: "pd.DataFrame", model: Any) -> list[str]:
-        """A sentence for each limit that cases along the axes are used beyond, and that rows have left.
+        """A sentence for each limit that cases are used beyond, and that rows have left.
 
-        Asked are the values of each axis, the others at their ends: all, or some ``CASES_ASKED`` spread evenly. A limit
-        may be left farthest in the middle of an axis, as slip is near 20 N/mm2.
+        Asked are the corners and some ``CASES_ASKED`` rows, spread evenly: a limit may be left farthest in the middle of
+        an axis, as slip is near 20 N/mm2.
         """
-        ends = [(float(a.values.min()), float(a.values.max())) for a in self.axes]
-        found = set[tuple[float, ...]]()
-        for k, axis in enumerate(self.axes):
-            others = [*ends[:k], *ends[k + 1 :]]
-            both = [*(product(*others) if len(others) < AXES_COMBINED else zip(*others, strict=True))]
-            values = np.unique(axis.values)
-            most = max(CASES_ASKED // (len(self.axes) * len(both)), 2)
-            some = values[np.unique(np.linspace(0, len(values) - 1, most).round().astype(int))]
-            found |= {(*other[:k], float(value), *other[k:]) for other in both for value in some}
-
-        units = [a.unit for a in self.axes]
+        rows = np.unique(np.linspace(0, len(table) - 1, CASES_ASKED).round().astype(int))
+        found = {*self.corners(), *map(tuple, table[[a.column for a in self.axes]].to_numpy()[rows].tolist())}
         said, ids, travel = dict[str, tuple[float, str]](), [e.id for e in self.effects], self.plain["travel"]
         for point in sorted(found):
-            case, effects = place_values(self.case, self.effects, self.keys, np.array(point) * units)
+            case, effects = self.placed(point)
             one = model_of(by_tension(model, [case], ids))
             limits = validity_limits(case, one, ids)
             with suppress(InputError):  # of ends together that leave no tension
@@ -267,7 +258,8 @@ class SweepGrid:
                 raise InputError("effects", e.id, "", "closed forms read no effects; give a travel in m")
             if any(uses((e,), hook) for hook in ("encoder", *AFTER_ENGINE)):
                 raise InputError("effects", e.id, "", "acts on what is read; a sweep tells of the belt's own movement")
-        corners, task = self.corners(), MapTask(chosen, self.keys, None, (), (0, 0, 0), not self.effects)
+        corners = [self.placed(point)[0] for point in sorted(self.corners())]
+        task = MapTask(chosen, self.keys, None, (), (0, 0, 0), not self.effects)
         if travel is not None:
             plans = [plan_steps(c, travel=travel, step=chosen.step, keep=KEEP) for c in corners]
             for c in corners:
