@@ -217,8 +217,8 @@ class SweepGrid:
     def beyond(self, table: "pd.DataFrame", model: Any) -> list[str]:
         """A sentence for each limit that cases are used beyond, and that rows have left.
 
-        Asked are the corners and some ``CASES_ASKED`` rows, spread evenly: a limit may be left farthest in the middle of
-        an axis, as slip is near 20 N/mm2.
+        Asked are the corners and some ``CASES_ASKED`` rows, spread evenly: a limit may be left farthest in the middle
+        of an axis, as slip is near 20 N/mm2.
         """
         rows = np.unique(np.linspace(0, len(table) - 1, CASES_ASKED).round().astype(int))
         found = {*self.corners(), *map(tuple, table[[a.column for a in self.axes]].to_numpy()[rows].tolist())}

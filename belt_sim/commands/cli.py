@@ -43,7 +43,6 @@ PATHS = {
     *("campaign", "diagnosis", "draft", "effects", "mapping", "model.scene", "out"),
     *("hydra.run.dir", "hydra.sweep.dir"),
 }
-OPEN = ("model", "hydra")  # groups that take keys which their files do not list
 INTERRUPTED = 130  # exit status after Ctrl-C, as shells have it
 LONGEST_FOLDER_NAME = 120  # characters of a folder's name; file systems take 255 bytes, and a letter may have four
 
@@ -256,23 +255,13 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
             if not rest:
                 raise BeltError(f"{argument}: needs a value, as {argument} NAME")
             flags.append(rest.pop(0))
-    known = known_keys(command)
-    if not set(flags) - set(SWEEP) and not any(o.startswith("+") or "searchpath" in o for o in overrides):
-        for key in (o.partition("=")[0] for o in overrides if "=" in o):  # at once: Hydra takes a while to load
-            if re.fullmatch(r"\w+", key) and key not in known:
-                raise BeltError(f"{key}: no such key{nearest(key, known)}")
-    own = [flags[k + 1] for k, flag in enumerate(flags[:-1]) if flag in ("-cd", "--config-dir")]
-    own += [flag.partition("=")[2] for flag in flags if flag.startswith(("-cd=", "--config-dir="))]
+    known, foreign = known_keys(command), bool(set(flags) - set(SWEEP)) or "hydra.searchpath" in " ".join(overrides)
     for argument in overrides:
-        key, _, value = argument.partition("=")
-        added = key.lstrip("+").split("@")[0]
-        groups = any((place / added).is_dir() for place in (CONF, *map(Path, own))) or "hydra.searchpath=" in "".join(
-            overrides
-        )
-        there = argument.startswith("++") and added in known  # adds, or changes what is there
-        if argument.startswith("+") and not (added.split(".")[0].split("/")[0] in OPEN or groups or there):
-            raise BeltError(f"{argument}: no such key{nearest(added, known)}")
-        if key.lstrip("+") in ("hydra.run.dir", "hydra.sweep.dir") and value in ("", "''", '""', "null"):
+        key, equals, value = argument.partition("=")
+        name = key.lstrip("+")
+        if equals and re.fullmatch(r"\w+", name) and not (foreign or name in known or (CONF / name).is_dir()):
+            raise BeltError(f"{name}: no such key{nearest(name, known)}")  # at once: Hydra takes a while to load
+        if name in ("hydra.run.dir", "hydra.sweep.dir") and value in ("", "''", '""', "null"):
             raise InputError(key, value, "", "is empty; name a folder")
     return flags, overrides
 

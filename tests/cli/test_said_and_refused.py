@@ -10,7 +10,7 @@ import yaml
 from command import refusal
 
 TYPED = [
-    (["simulate", "+foo=1"], "+foo=1: no such key"),
+    (["simulate", "+foo=1"], "foo: no such key"),
     (["simulate", "tension=0.01"], "tension = 0.01 N/mm2"),
     (["import", "a.csv", "draft=d.yaml", "out=zz"], "out = zz: goes without draft"),
     (["completion", "foo=3"], "completion = foo=3: it takes no settings"),
