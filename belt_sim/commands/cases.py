@@ -12,8 +12,8 @@ import numpy as np
 
 from belt_sim.api.simulate import SLACK_SCENE, by_tension, effects_of, model_of, on_engine, scene_text, simulate_one
 from belt_sim.commands.runs import RunDir
-from belt_sim.curves import Curves, Frame, Observer, read_curves, write_curves
-from belt_sim.errors import BeltError, InputError, SimulationError, finite
+from belt_sim.curves import Curves, Observer, read_curves, write_curves
+from belt_sim.errors import BeltError, InputError, finite
 from belt_sim.io import provenance, write_json, write_text, write_with
 from belt_sim.model import Model, SteadyModel
 from belt_sim.results.simulation import Simulation, summary_json
@@ -31,7 +31,6 @@ from belt_sim.space.options import WATCHED
 from belt_sim.units import MM
 
 PARTIAL, RECORDING = "curves_partial.csv", "belt.rrd"
-WRITING_INTERVAL = 10.0  # [s] between two writings of what a run in 3D has so far
 TRAVEL_PER_MM_OVERSHOT = 50.0  # [m] that every millimetre of overshoot beyond what is allowed counts for
 TRAVEL_PER_MM_LEFT = 10.0  # [m] that every millimetre counts for by which the belt is not centred at the end
 _NO_END = 1e5  # [m]: a scene has no end of travel that a schedule could overrun
@@ -93,10 +92,10 @@ def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = Fals
         title += "" if run_dir.case is None else f", job {run_dir.case}"  # several may run at once
         observers = observers_of(model, watch, title, folder)
         with run_dir.outputs(RECORDING) as draft:
-            with CurvesSoFar(folder) as so_far:
-                asked: dict[str, Any] = {"effects": acting, "travel": config["travel"]}
-                asked |= {"observers": [*observers, so_far] if observers else [], "computed": computed}
-                found = simulate_one(case, model=model, **asked, scene_path=draft / "scene.xml")
+            asked: dict[str, Any] = {"effects": acting, "travel": config["travel"], "computed": computed}
+            asked |= {"observers": [*observers, CurvesSoFar(folder)] if observers else []}
+            found = simulate_one(case, model=model, **asked, scene_path=draft / "scene.xml")
+            (folder / PARTIAL).unlink(missing_ok=True)
             if (curves := found.written_curves) is not None:
                 write_curves(draft / "curves.csv", curves)
             write_json(draft / "summary.json", summary_json(found, provenance(config)))
@@ -205,40 +204,15 @@ def map_command(run_dir: RunDir) -> None:
 
 
 class CurvesSoFar(Observer):
-    """curves_partial.csv of a run: positions every ``WRITING_INTERVAL`` seconds while it goes on; around it, what a run
-    that diverges or is stopped had. A run to the end removes it."""
+    """Leaves curves_partial.csv of a run in time that diverges or is stopped; a run to its end removes it."""
 
     def __init__(self, folder: Path) -> None:
         self.path = folder / PARTIAL
-        self.rows: list[np.ndarray] = []
-        self.written = time.monotonic()
 
-    def __enter__(self) -> "CurvesSoFar":
-        self.path.unlink(missing_ok=True)
-        return self
-
-    def __exit__(self, kind: Any, failure: BaseException | None, trace: Any) -> None:
-        if isinstance(failure, SimulationError) and failure.curves is not None and len(failure.curves.travel):
-            write_curves(self.path, failure.curves)
-        elif isinstance(failure, KeyboardInterrupt):
-            self.write()
-        elif failure is None:
-            self.path.unlink(missing_ok=True)
-
-    def frame(self, frame: Frame) -> None:
-        """Keep this instant; before travel 0 the belt is still laid and tensioned."""
-        if frame.travel < 0.0:
-            return
-        self.rows.append(np.array([frame.travel, *frame.points[:, 1]]))
-        if time.monotonic() - self.written >= WRITING_INTERVAL:
-            self.write()
-
-    def write(self) -> None:
-        """What there is so far; y counts from travel 0."""
-        self.written = time.monotonic()
-        if self.rows:
-            travel, *y = np.array(self.rows).T
-            write_curves(self.path, Curves(travel=travel, y=np.array([row - row[0] for row in y])))
+    def finish(self, curves: Curves) -> None:
+        """Write what there is."""
+        if len(curves.travel):
+            write_curves(self.path, curves)
 
 
 def in_time(model: Model | SteadyModel) -> bool:

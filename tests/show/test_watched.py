@@ -19,38 +19,20 @@ def simulation():
     return bs.simulate(tension=40, travel=3)
 
 
-def test_positions_so_far_are_on_disk_while_a_run_goes_on(simulation, tmp_path, monkeypatch):
-    monkeypatch.setattr(cases, "WRITING_INTERVAL", 0.0)
-    observer = cases.CurvesSoFar(tmp_path)
-    observer.start(simulation.case, simulation.travel)
-    for frame in frames(simulation.case, simulation.curves):
-        observer.frame(frame)
-    table = pd.read_csv(tmp_path / cases.PARTIAL)
-    assert table["travel_m"].iloc[-1] == 3.0
-    assert table["y1_mm"].iloc[-1] == pytest.approx(1e3 * float(np.asarray(simulation.curves.y)[0, -1]), rel=1e-6)
-
-
 @pytest.mark.parametrize("end", [KeyboardInterrupt, SimulationError, None])
-def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(simulation, tmp_path, end):
-    observer = cases.CurvesSoFar(tmp_path)
+def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(tmp_path, monkeypatch, end):
+    from belt_sim.show.terminal import ProgressObserver
 
-    def go_on():
-        with observer:
-            for frame in frames(simulation.case, simulation.curves):
-                observer.frame(frame)
-            if end is SimulationError:
-                failure = SimulationError("off the pulleys")
-                failure.curves = simulation.curves
-                raise failure
-            if end:
-                raise end
+    def frame(self, frame):
+        if frame.travel > 0.05 and end:
+            raise end("stopped")
 
-    if end is None:
-        go_on()
-    else:
-        with pytest.raises(end):
-            go_on()
+    monkeypatch.setattr(ProgressObserver, "frame", frame)
+    settings = ("rig=rope_example", "model=mujoco_rope", "tension=40", "travel=0.1", "pictures=false")
+    run_command(["simulate", *settings, f"hydra.run.dir={tmp_path}"])
     assert (tmp_path / cases.PARTIAL).is_file() == (end is not None)
+    if end:
+        assert 0.0 < pd.read_csv(tmp_path / cases.PARTIAL)["travel_m"].iloc[-1] < 0.1
 
 
 def test_a_run_without_instants_is_recorded_when_it_ends(simulation, tmp_path, monkeypatch):
