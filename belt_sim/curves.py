@@ -169,6 +169,7 @@ class Observer(Protocol):
 
     def frame(self, frame: Frame) -> None:
         """A new instant; called at least every 0.1 m of travel."""
+        return None
 
     def finish(self, curves: Curves) -> None:
         """The run has ended with these curves (partial ones when it was stopped)."""

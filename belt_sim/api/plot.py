@@ -82,17 +82,6 @@ def plot(
     return picture
 
 
-def drawn_columns(table: "pd.DataFrame") -> list[str]:
-    """Columns of a table of ``bs.sweep`` that can be drawn over what varies; the first is the default.
-
-    A map marks no case: where some late rates have not settled, its first column is the steady rate.
-    """
-    axes, steady = table.attrs.get("axes", ()), "steady_rate_mm_per_m"
-    drawn = [c for c in table.columns if c not in axes and c not in ("model", "settled")]
-    first = steady if len(axes) == 2 and steady in table and not table.get("settled", np.array(True)).all() else None
-    return sorted(drawn, key=lambda c: c != first)
-
-
 def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> dict[str, Draw]:
     """What can be drawn of a result, the most telling picture first; each is drawn when called with a path."""
     there: dict[str, Draw] = {}
@@ -101,9 +90,13 @@ def pictures_by_kind(result: "Result | Sequence[Simulation] | pd.DataFrame") -> 
         axes = result.attrs.get("axes", {})
         if not 0 < len(axes) <= 2:
             raise InputError("result", f"{len(axes)} axes", "", "a table of bs.sweep is drawn over one or two axes")
-        for column in drawn_columns(result):
+        # a map marks no case: where some late rates have not settled, its first column is the steady rate
+        steady, drawn = "steady_rate_mm_per_m", [c for c in result if c not in (*axes, "model", "settled")]
+        if len(axes) == 2 and steady in drawn and not result.get("settled", np.array(True)).all():
+            drawn.sort(key=lambda c: c != steady)
+        for column in drawn:
             columns: Any = {c: result[c].to_numpy() for c in (*axes, column)}
-            late = {"settled": "settled", "steady": "steady_rate_mm_per_m"} if column.startswith("rate") else {}
+            late = {"settled": "settled", "steady": steady} if column.startswith("rate") else {}
             beside = {name: result[c].to_numpy() for name, c in late.items() if c in result}
             there[column] = partial(map_picture, columns=columns, grid=tuple(axes.values()), **beside)
     elif isinstance(result, Sequence):

@@ -153,33 +153,33 @@ def _ask(logged: LoggedTables, mapping: dict[str, Any], question: Question, out:
 def rig_command(run_dir: RunDir) -> None:
     """Write a campaign with its sealed truth."""
     config: Any = run_dir.config
-    machine = [o for o in run_dir.overrides if o.lstrip("+").startswith(("rig", "belt"))]
-    if machine and (config["engine"] == "mujoco" or config["plan"] is not None):
-        remedy = "goes with engine=line and plan=null; a plan brings its own machine and belt"
-        raise InputError(machine[0], "", "", remedy)
-    folder = Path(config["out"] or run_dir.path / "campaign")
-    hidden = config["hidden"]
-    if hidden is None:
-        raise InputError("hidden", "null", "", "write [] for nothing hidden, a list of effects, or random")
-    if isinstance(hidden, str) and hidden != "random":
-        hidden = [hidden]
-    if config["engine"] == "line":
-        campaign, truth = _by_line(hidden, config)
-    elif config["engine"] != "mujoco":
-        raise InputError("engine", config["engine"], "", "use line or mujoco")
-    elif config["quantum"]:
-        raise InputError("quantum", config["quantum"], "mm", "needs engine=line")
-    elif config["plan"] is not None:
-        raise InputError("plan", config["plan"], "", "needs engine=line")
-    elif folder.exists():
-        raise InputError("out", folder, "", "exists already; choose another folder")
-    else:
+    engine, hidden, plan, base, quantum = (config[k] for k in ("engine", "hidden", "plan", "base", "quantum"))
+    machine = next((o for o in run_dir.overrides if o.lstrip("+").startswith(("rig", "belt"))), "")
+    folder, in_space, drawn = Path(config["out"] or run_dir.path / "campaign"), engine == "mujoco", hidden == "random"
+    own = "goes with engine=line and plan=null; a plan brings its own machine and belt"
+    steps = "goes with engine=line, plan=null and a list of what is hidden"
+    for name, value, wrong, remedy in (
+        (machine, "", machine and (in_space or plan is not None), own),
+        ("hidden", "null", hidden is None, "write [] for nothing hidden, a list of effects, or random"),
+        ("engine", engine, engine not in ("line", "mujoco"), "use line or mujoco"),
+        ("quantum", f"{quantum} mm", quantum and (in_space or drawn or plan is not None), steps),
+        ("plan", plan, plan is not None and in_space, "needs engine=line"),
+        ("plan", plan, plan == "random" and not drawn, "goes with hidden=random; give the number of a plan"),
+        ("base", base, base is not None and drawn and plan is not None, "is drawn as well; leave it out"),
+        ("out", folder, in_space and folder.exists(), "exists already; choose another folder"),
+    ):
+        if wrong:
+            raise InputError(name, value, "", remedy)
+    hidden = [hidden] if isinstance(hidden, str) and not drawn else hidden
+    if in_space:
         from belt_sim.effects.load import load_effects
         from belt_sim.virtual_rig.space import make_space_campaign, space_plan
 
-        asked = {"hidden": hidden, "seed": config["seed"], "base": config["base"]}
+        asked = {"hidden": hidden, "seed": config["seed"], "base": base}
         with progress(len(space_plan().runs), "measuring in 3D") as done:
             campaign, truth = make_space_campaign(load_effects, **asked, tell=done)
+    else:
+        campaign, truth = _by_line(hidden, config)
     if config["out"]:
         digest = virtual_rig.write_blind(folder, campaign, truth)
     else:
@@ -187,8 +187,7 @@ def rig_command(run_dir: RunDir) -> None:
             digest = virtual_rig.write_blind(draft / "campaign", campaign, truth)
     print(f"campaign  {folder}")
     print(f"truth     sealed; its sha256:\n          {digest}")
-    told = config["hidden"] != "random" and config["engine"] == "line"  # what is drawn at random is not told
-    model = f" model={config['base'] or BASE}" if told else ""
+    model = "" if drawn or in_space else f" model={base or BASE}"  # what is drawn at random is not told
     print(f"next      belt-sim diagnose campaign={folder}{model}\nthen      belt-sim reveal campaign={folder}")
 
 
@@ -196,8 +195,6 @@ def _by_line(hidden: Any, config: dict) -> Any:
     """A campaign and its truth: on the test rig, on a random plan of a number, or, plan and all, at random."""
     seed, base, plan = config["seed"], config["base"], config["plan"]
     quantum = MM * finite("quantum", config["quantum"], "mm", "give 0 or more, at most 10", lambda x: 0 <= x <= 10)
-    if quantum and (hidden == "random" or plan is not None):
-        raise InputError("quantum", config["quantum"], "mm", "goes with plan=null and a list of what is hidden")
     if plan is None:  # on the machine and belt that were asked for, known as surely as the test rig's own
         rig, belt = rig_from(config["rig"]), belt_from(config["belt"])
         if float(rig.gravity) != GRAVITY:
@@ -208,13 +205,8 @@ def _by_line(hidden: Any, config: dict) -> Any:
         sheet = {n: replace(q, value=values[n], u=q.u * values[n] / q.value) for n, q in vars(TEST_BELT).items()}
         own = Plan(machine=replace(TEST_RIG, **machine), belt=replace(TEST_BELT, **sheet))
         return virtual_rig.make_campaign(hidden=hidden, seed=seed, base=base, plan=own, noise=Noise(quantum=quantum))
-    if plan != "random":
-        whole("plan", plan, 0, otherwise="random or ")
-    if hidden == "random":
-        if base is not None:
-            raise InputError("base", base, "", "is drawn as well; leave it out")
-        return random_campaign(seed, blind=None, plan=None if plan == "random" else plan)
-    if plan == "random":
-        raise InputError("plan", plan, "", "goes with hidden=random; give the number of a plan")
-    _, chosen, noise = plan_by_number(plan)
+    number = None if plan == "random" else whole("plan", plan, 0, otherwise="random or ")
+    if hidden == "random" or number is None:
+        return random_campaign(seed, blind=None, plan=number)
+    _, chosen, noise = plan_by_number(number)
     return virtual_rig.make_campaign(hidden=hidden, seed=seed, base=base, plan=chosen, noise=noise)

@@ -152,12 +152,12 @@ AXIS_LABELS = {
 def map_picture(
     path: Path,
     columns: Mapping[str, np.ndarray],
-    grid: tuple[int, ...] | None,
+    grid: tuple[int, ...],
     settled: np.ndarray | None = None,
     steady: np.ndarray | None = None,
 ) -> Path:
     """Draw the last of ``columns`` (n,) of a map of cases against the one before it, or over the two before it, the
-    first across and the second up, as cells of a ``grid`` of that shape, else means over hexagons.
+    first across and the second up, as cells of a ``grid`` of that shape.
 
     settled (n,): of late rates, hollow against one number where they have not; steady (n,): beside them.
     """
@@ -183,17 +183,14 @@ def map_picture(
     fig, [[ax]] = style.figure(7.6, 5.0)
     limit = float(np.nanmax(np.abs(values))) or 1.0
     look: dict[str, Any] = {"cmap": style.diverging_map(), "vmin": -limit, "vmax": limit}
-    if grid is None:
-        drawn: Any = ax.hexbin(axes[0], axes[1], C=values, gridsize=60, **look)
-    else:
-        across, up, z = (a.reshape(grid) for a in (*axes, values))
-        drawn = ax.pcolormesh(across[:, 0], up[0], z.T, shading="nearest", rasterized=True, **look)
-        for limit_to, own in ((ax.set_xlim, across), (ax.set_ylim, up)):  # nothing beyond what was computed
-            if np.ptp(own):
-                limit_to(own.min(), own.max())
-        if min(grid) > 1 and np.ptp(z):
-            lines = ax.contour(across[:, 0], up[0], z.T, levels=10, colors=INK, linewidths=0.6)
-            ax.clabel(lines, fontsize=style.FONT - 2)
+    across, up, z = (a.reshape(grid) for a in (*axes, values))
+    drawn = ax.pcolormesh(across[:, 0], up[0], z.T, shading="nearest", rasterized=True, **look)
+    for limit_to, own in ((ax.set_xlim, across), (ax.set_ylim, up)):  # nothing beyond what was computed
+        if np.ptp(own):
+            limit_to(own.min(), own.max())
+    if min(grid) > 1 and np.ptp(z):
+        lines = ax.contour(across[:, 0], up[0], z.T, levels=10, colors=INK, linewidths=0.6)
+        ax.clabel(lines, fontsize=style.FONT - 2)
     ax.grid(visible=False)
     fig.colorbar(drawn, ax=ax, label=label)
     ax.set(xlabel=names[0], ylabel=names[1])
