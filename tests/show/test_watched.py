@@ -2,7 +2,6 @@
 
 import io
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -11,7 +10,6 @@ from belt_sim.commands import cases
 from belt_sim.commands.cases import observers_of, stay
 from belt_sim.commands.cli import run_command
 from belt_sim.errors import SimulationError
-from belt_sim.show.geometry import frames
 
 
 @pytest.fixture(scope="module")
