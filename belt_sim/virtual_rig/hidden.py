@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 from scipy.linalg import cholesky, solve_triangular
@@ -124,6 +125,16 @@ class Detectability:
         white = self.whiten(change)
         return white - self._axes @ (self._shares * (self._axes.T @ white))
 
+    @cached_property
+    def library(self) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+        """Orthogonal axes of all that the library can do, linear about zero, and each effect's columns along them."""
+        blocks = {}
+        for name, columns in library_signatures(self.plan, self.law).items():
+            reduced = np.stack([self.reduce(c) for c in columns], axis=1)
+            blocks[name] = reduced / np.maximum(np.linalg.norm(reduced, axis=0), 1e-30)
+        axes = np.linalg.qr(np.concatenate(list(blocks.values()), axis=1))[0]
+        return axes, {name: axes.T @ block for name, block in blocks.items()}
+
     def sizes(self, faults: Sequence[Fault]) -> np.ndarray:
         """d of each of several faults, all observed in one batch, shape (faults,).
 
@@ -220,21 +231,15 @@ def scale_fault(fault: Fault, factor: float) -> Fault:
     return replace(fault, **{name: factor * getattr(fault, name) for name in fault.sizes})
 
 
-# Distance to the library: what the best one, and the best three of its effects leave over of a change.
-
-
 LOOKALIKE_REMAINDER = 3.0  # noise units that a lookalike may leave over, but no more than
 _ALIKE_SHARE = 0.5  # of the effect's own size
 _BEAM = 6  # best sets of one size that are tried with one more effect
 _SMALL = 0.3  # of the typical size
 
 
-@dataclass(frozen=True)
-class LibraryDistance:
-    """Single effects that come close, and what the best single one and the best three leave over [noise units].
-
-    largest: the largest change of any reading [m or rad].
-    """
+class LibraryDistance(NamedTuple):
+    """Single effects that come close to a change, and what the best single one and the best three effects of the
+    library leave over of it [noise units]; largest: the largest change of any reading [m or rad]."""
 
     lookalikes: list[str]
     single: float
@@ -242,39 +247,28 @@ class LibraryDistance:
     largest: float
 
 
-class LibrarySignatures:
-    """What every effect of the library can do to one campaign's readings, linear about zero, in units of noise."""
-
-    def __init__(self, rule: Detectability) -> None:
-        self.rule, blocks = rule, {}
-        for name, columns in library_signatures(rule.plan, rule.law).items():
-            reduced = np.stack([rule.reduce(c) for c in columns], axis=1)
-            blocks[name] = reduced / np.maximum(np.linalg.norm(reduced, axis=0), 1e-30)
-        self.axes = np.linalg.qr(np.concatenate(list(blocks.values()), axis=1))[0]
-        self.blocks = {name: self.axes.T @ block for name, block in blocks.items()}
-
-    def distance_of(self, faults: Sequence[Fault]) -> LibraryDistance:
-        """The distance of the faults' joint change."""
-        change = np.sum(changes(self.rule.plan, self.rule.base, self.rule.clean, faults), axis=0)
-        target = self.rule.reduce(change)
-        inside = self.axes.T @ target
-        beyond = max(float(target @ target - inside @ inside), 0.0)
-        kept: list[tuple[float, tuple[str, ...]]] = [(float("inf"), ())]
-        best = []
-        singles: dict[str, float] = {}
-        for _ in range(3):
-            sets = {tuple(sorted({*names, n})) for _, names in kept[:_BEAM] for n in self.blocks if n not in names}
-            kept = []
-            for names in sets:
-                basis = np.concatenate([self.blocks[n] for n in names], axis=1)
-                rest = inside - basis @ np.linalg.lstsq(basis, inside, rcond=1e-7)[0]
-                kept.append((float(np.sqrt(np.sum(rest**2) + beyond)), names))
-            kept.sort()
-            best.append(kept[0][0])
-            singles = singles or {names[0]: left for left, names in kept}
-        allowed = min(LOOKALIKE_REMAINDER, _ALIKE_SHARE * float(np.linalg.norm(target)))
-        alike = sorted(n for n, left in singles.items() if left < allowed)
-        return LibraryDistance(lookalikes=alike, single=best[0], triple=best[2], largest=float(np.abs(change).max()))
+def library_distance(rule: Detectability, faults: Sequence[Fault]) -> LibraryDistance:
+    """The distance of the faults' joint change to the library."""
+    change = np.sum(changes(rule.plan, rule.base, rule.clean, faults), axis=0)
+    target, (axes, blocks) = rule.reduce(change), rule.library
+    inside = axes.T @ target
+    beyond = max(float(target @ target - inside @ inside), 0.0)
+    kept: list[tuple[float, tuple[str, ...]]] = [(float("inf"), ())]
+    best = []
+    singles: dict[str, float] = {}
+    for _ in range(3):
+        sets = {tuple(sorted({*names, n})) for _, names in kept[:_BEAM] for n in blocks if n not in names}
+        kept = []
+        for names in sets:
+            basis = np.concatenate([blocks[n] for n in names], axis=1)
+            rest = inside - basis @ np.linalg.lstsq(basis, inside, rcond=1e-7)[0]
+            kept.append((float(np.sqrt(np.sum(rest**2) + beyond)), names))
+        kept.sort()
+        best.append(kept[0][0])
+        singles = singles or {names[0]: left for left, names in kept}
+    allowed = min(LOOKALIKE_REMAINDER, _ALIKE_SHARE * float(np.linalg.norm(target)))
+    alike = sorted(n for n, left in singles.items() if left < allowed)
+    return LibraryDistance(lookalikes=alike, single=best[0], triple=best[2], largest=float(np.abs(change).max()))
 
 
 @lru_cache(maxsize=4)
@@ -282,27 +276,24 @@ def library_signatures(plan: Plan, base: str) -> dict[str, list[np.ndarray]]:
     """Effect of the library -> changes of the readings, (signals, n, runs), by each of its parameters, small, in each
     shape."""
     line, clean, _ = sensitivities(plan, base)
-    able = [cls for cls in RANDOM_LIBRARY if not cls.fixed and base not in (*cls.part_of, *cls.idle_on)]
-    directions = []
-    for cls in able:
+    faults: list[Fault] = []
+    for cls in (cls for cls in RANDOM_LIBRARY if not cls.fixed and base not in (*cls.part_of, *cls.idle_on)):
         grids = {f.name: f.metadata["grid"](plan) for f in fields(cls) if "grid" in f.metadata}
         grids = {name: values for name, values in grids.items() if len(values)}
-        for name, size in cls.sizes.items():
-            if size.place and size.place not in plan.signals.values():
-                continue
-            shapes = (dict(zip(grids, values, strict=True)) for values in product(*grids.values()))
-            directions += [cls(**{name: _SMALL * size.typical}, **shape) for shape in shapes]
+        shapes = [dict(zip(grids, values, strict=True)) for values in product(*grids.values())]
+        shown = [n for n, size in cls.sizes.items() if not size.place or size.place in plan.signals.values()]
+        faults += [cls(**{n: _SMALL * cls.sizes[n].typical}, **shape) for n in shown for shape in shapes]
     columns: dict[str, list[np.ndarray]] = {}
-    for fault in (f for f in directions if has_hook(f, "edge")):  # which changes nothing of the march
-        change, s = np.zeros_like(clean), np.broadcast_to(plan.travel[:, None], clean.shape[1:])
-        for k, place in enumerate(plan.signals.values()):
-            if place.startswith("point_"):
-                change[k] = fault.edge(place, s, line) - fault.edge(place, line.yaw_at + 0 * s[:1], line)
-        columns.setdefault(fault.id, []).append(change)
-    marched = [f for f in directions if not has_hook(f, "edge")]
-    for hook in ("loads", "turn", ""):  # each lane pays for the hooks of all faults that march with it
-        together = [f for f in marched if next((h for h in ("loads", "turn") if has_hook(f, h)), "") == hook]
-        for fault, change in zip(together, changes(plan, line, clean, together), strict=True):
+    for hook in ("edge", "loads", "turn", ""):  # each lane pays for the hooks of all faults that march with it
+        together = [f for f in faults if next((h for h in ("edge", "loads", "turn") if has_hook(f, h)), "") == hook]
+        if hook == "edge":  # which changes nothing of the march
+            found, s = [np.zeros_like(clean) for _ in together], np.broadcast_to(plan.travel[:, None], clean.shape[1:])
+            for k, place in enumerate(plan.signals.values()):
+                for change, f in zip(found, together if place.startswith("point_") else [], strict=False):
+                    change[k] = f.edge(place, s, line) - f.edge(place, line.yaw_at + 0 * s[:1], line)
+        else:
+            found = changes(plan, line, clean, together)
+        for fault, change in zip(together, found, strict=True):
             columns.setdefault(fault.id, []).append(change)
     return {name: columns[name] for name in sorted(columns) if any(np.any(c) for c in columns[name])}
 
@@ -385,7 +376,7 @@ def random_hidden(
         return HiddenFaults(kind=kind, dirty=str(rng.choice(able)))
     if kind == "outside":
         acting = tuple(name for name in unmodelled if base not in UNMODELLED[name].idle_on)
-        return _draw_unmodelled(plan, LibrarySignatures(rule()), acting, rng)
+        return _draw_unmodelled(plan, rule(), acting, rng)
     # effects of the library, each at its wanted size; what cannot get so large is drawn again
     names = [cls.id for cls in RANDOM_LIBRARY if base not in (*cls.part_of, *cls.idle_on)]
     names = [name for name in names if not library or name in library]
@@ -393,27 +384,27 @@ def random_hidden(
         wanted = [float(rng.uniform(*_BELOW))]
     else:
         wanted = [float(rng.choice(s)) for s in ([_TWO_SIZES, _TWO_SIZES] if kind == "two" else [LIBRARY_SIZES])]
-    signatures = LibrarySignatures(rule())
+    shown = rule()
     faults: list[Fault] = []
     sizes: list[float] = []
     edge = kind == "two" and rng.random() < EDGE_BESIDE[kind]
     for number, size in enumerate(wanted):
         if edge and number == 1:
             faults.append(scale_fault(random_fault("edge_profile", plan, rng), float(rng.uniform(*_EDGE))))
-            sizes.append(float(signatures.rule.sizes(faults[-1:])[0]))
+            sizes.append(float(shown.sizes(faults[-1:])[0]))
             continue
         for _ in range(_ATTEMPTS):
             taken = {f.id for f in faults} | ({"edge_profile"} if edge else set())
             fault = random_fault(str(rng.choice([n for n in names if n not in taken])), plan, rng)
             if fault.fixed:
-                found = float(signatures.rule.sizes([fault])[0])
+                found = float(shown.sizes([fault])[0])
             else:
-                fault, found = scale_to_size(signatures.rule, fault, size)
+                fault, found = scale_to_size(shown, fault, size)
             if found >= REACHED * size:
                 break
         faults.append(fault)
         sizes.append(found)
-    near = signatures.distance_of(faults)
+    near = library_distance(shown, faults)
     others = near.lookalikes if kind == "two" else [name for name in near.lookalikes if name != faults[0].id]
     distance = near.single if kind == "two" else None
     return HiddenFaults(kind=kind, faults=tuple(faults), sizes=tuple(sizes), lookalikes=others, distance=distance)
@@ -439,7 +430,7 @@ def random_fault(name: str, plan: Plan, rng: np.random.Generator) -> Fault:
     return cls(**chosen)
 
 
-def _draw_unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str], rng) -> HiddenFaults:
+def _draw_unmodelled(plan: Plan, rule: Detectability, names: Sequence[str], rng) -> HiddenFaults:
     """An effect outside the library, scaled until its best three effects leave a drawn distance over."""
     seen = {f"sensor_y{place[-1]}" for place in plan.signals.values()}
     names = tuple(n for n in names if not UNMODELLED[n].place.startswith("sensor_y") or UNMODELLED[n].place in seen)
@@ -447,8 +438,8 @@ def _draw_unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str
     best: tuple[float, Fault, LibraryDistance] | None = None
     for _ in range(_ATTEMPTS):
         fault = random_fault(str(rng.choice(sorted(names))), plan, rng)
-        fault, size = scale_to_size(library.rule, fault, wanted)
-        near, power = library.distance_of([fault]), 1.0  # with which the distance grows with the size
+        fault, size = scale_to_size(rule, fault, wanted)
+        near, power = library_distance(rule, [fault]), 1.0  # with which the distance grows with the size
         for _ in range(4):
             if near.triple * _MOST <= REACHED * wanted * size:
                 break  # it is too much like the library
@@ -456,7 +447,7 @@ def _draw_unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str
             if abs(factor - 1) < 0.03:
                 break
             before, fault = near.triple, scale_fault(fault, factor)
-            near, size = library.distance_of([fault]), float(library.rule.sizes([fault])[0])
+            near, size = library_distance(rule, [fault]), float(rule.sizes([fault])[0])
             power = float(np.clip(np.log(max(near.triple, 1e-9) / before) / np.log(factor), 0.7, 4.0))
         if near.largest > _FAR:
             continue
@@ -467,10 +458,10 @@ def _draw_unmodelled(plan: Plan, library: LibrarySignatures, names: Sequence[str
     if best is None:
         raise InputError("outside", names, "", "every one lets the belt run away under this plan; use another")
     _, fault, near = best
-    faults, sizes = [fault], [float(library.rule.sizes([fault])[0])]
+    faults, sizes = [fault], [float(rule.sizes([fault])[0])]
     if rng.random() < EDGE_BESIDE["outside"]:
         faults.append(scale_fault(random_fault("edge_profile", plan, rng), float(rng.uniform(*_EDGE))))
-        sizes.append(float(library.rule.sizes(faults[1:])[0]))
+        sizes.append(float(rule.sizes(faults[1:])[0]))
     alike, left = near.lookalikes, near.triple
     return HiddenFaults(kind="outside", faults=tuple(faults), sizes=tuple(sizes), lookalikes=alike, distance=left)
 

@@ -46,17 +46,7 @@ def at_tension(default: float, of: Callable[[Any, float], float]) -> Any:
     return shape(default, draw)
 
 
-def _sag_at(plan, tension: float) -> float:
-    """Sag of a span at a tension a fifth higher [m]."""
-    return plan.belt.density.value * GRAVITY / (1.2 * tension) * plan.machine.centre_distance.value**2 / 8
-
-
 # Parts of formulas, and formulas of more than a line.
-
-
-def _size_of(alpha):
-    """Of a contact angle, in that at which a power of it is as large, and nowhere 0."""
-    return np.sqrt(alpha**2 + _SMALLEST**2) / _REFERENCE
 
 
 def _since(s, line):
@@ -69,20 +59,10 @@ def _fading(f, s, line):
     return np.exp(-_since(s, line) / f.time)
 
 
-def _way(f, s):
-    """Phase of a wave along the travel."""
-    return 2 * np.pi * s / f.wavelength
-
-
 def _flattened(x):
     """tanh(x)/x."""
     x = np.abs(x)
     return np.where(x > 1e-6, np.tanh(x) / np.maximum(x, 1e-6), 1.0)
-
-
-def _lagging_set(f, s, line):
-    """Fully from a yaw of _FULL on, not by an error of a microradian."""
-    return f.kappa * np.clip(line.yaw / _FULL, -1.0, 1.0) * np.where(s >= line.yaw_at, _fading(f, s, line), 0.0)
 
 
 def _greasy_stretch(f, s, line, alpha):
@@ -228,7 +208,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         amplitude=size("rad", 1e-4, 5e-3),
         wavelength=between(7.3, 3.0, 9.0),
         phase=ANY_PHASE,
-        yaw=lambda f, s, line: f.amplitude * np.sin(_way(f, s) + f.phase),
+        yaw=lambda f, s, line: f.amplitude * np.sin(_TURN * s / f.wavelength + f.phase),
     ),
     "beating_head": row(
         "yaw_head | wave periodic; travel periodic",
@@ -237,7 +217,9 @@ _TABLE: dict[str, dict[str, Any]] = {
         wavelength=between(4.0, 2.5, 7.0),
         ratio=between(1.15, 1.08, 1.3),
         phase=ANY_PHASE,
-        yaw_head=lambda f, s, line: f.amplitude * (np.sin(_way(f, s) + f.phase) + np.sin(_way(f, s) / f.ratio)),
+        yaw_head=lambda f, s, line: (
+            f.amplitude * (np.sin(_TURN * s / f.wavelength + f.phase) + np.sin(_TURN * s / f.wavelength / f.ratio))
+        ),
     ),
     "thermostat_head": row(
         "yaw_head | wave periodic; time_since_step periodic; travel periodic",
@@ -290,7 +272,11 @@ _TABLE: dict[str, dict[str, Any]] = {
         "The tail's rubber stays askew after a yaw step and recovers in time: it turns the belt meanwhile.",
         kappa=size("1/m", 1e-4, 5e-3),
         time=shape(20.0, lambda plan, rng: rng.uniform(0.08, 0.5) * plan.length / plan.runs[0].speed),
-        turn=on_tail(_lagging_set),
+        turn=on_tail(  # fully from a yaw of _FULL on, not by an error of a microradian
+            lambda f, s, line: (
+                f.kappa * np.clip(line.yaw / _FULL, -1.0, 1.0) * np.where(s >= line.yaw_at, _fading(f, s, line), 0.0)
+            )
+        ),
     ),
     "rut": row(
         "runup_tail | y linear; belt_phase linear, periodic",
@@ -335,7 +321,9 @@ _TABLE: dict[str, dict[str, Any]] = {
         "runup_tail | contact_angle power",
         "On the tail pulley the belt climbs by a power of its contact angle, |alpha|^(1 + p), alike at 0.1 mrad.",
         p=size("1", 0.2, 1.5),
-        slide=lambda f, s, line, alpha: np.where(ON_TAIL_PULLEY > 0, _size_of(alpha) ** f.p, 1.0),
+        slide=lambda f, s, line, alpha: np.where(  # the angle nowhere 0
+            ON_TAIL_PULLEY > 0, (np.sqrt(alpha**2 + _SMALLEST**2) / _REFERENCE) ** f.p, 1.0
+        ),
     ),
     "grip_limit": row(
         "runup_both | contact_angle saturating, power",
@@ -424,7 +412,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         phase=ANY_PHASE,
         share=between(0.5, 0.2, 0.8),
         loads=lambda f, line: (unit_load(line, False, "force", f.share),),
-        push=steady(lambda f, s, line: f.force * np.cos(_way(f, s) + f.phase)),
+        push=steady(lambda f, s, line: f.force * np.cos(_TURN * s / f.wavelength + f.phase)),
     ),
     "sticky_rest": row(
         "span | y saturating, threshold, linear; contact_angle threshold, constant",
@@ -502,7 +490,12 @@ _TABLE: dict[str, dict[str, Any]] = {
         "span_torsion | tension threshold, power, linear, exponential; travel constant",
         "A belt that sags by more than ``gap`` touches a roller at mid-span, which holds its cross-section level.",
         stiffness=size("N m/rad", 5.0, 1e4, positive=True),
-        gap=at_tension(0.05, _sag_at),
+        gap=at_tension(  # the sag at a tension a fifth higher
+            0.05,
+            lambda plan, tension: (
+                plan.belt.density.value * GRAVITY / (1.2 * tension) * plan.machine.centre_distance.value**2 / 8
+            ),
+        ),
         side=shape(_LOWER, lambda plan, rng: rng.choice((_UPPER, _LOWER))),
         sections=lambda f, state, line, upper: Sections(
             roll_spring=f.stiffness

@@ -16,8 +16,8 @@ from belt_sim.virtual_rig.hidden import (
     RANDOM_LIBRARY,
     UNMODELLED,
     Detectability,
-    LibrarySignatures,
     fault_from_spec,
+    library_distance,
 )
 from belt_sim.virtual_rig.make import MACHINE_SHARES, POOL, plan_by_number, true_noise
 
@@ -129,10 +129,9 @@ def test_three_library_effects_explain_any_three_of_themselves():
     """Small, so that they are linear: what is left over is nothing; of four, something."""
     _, plan, noise = plan_by_number(QUICK)
     rule = Detectability(plan, noise, "strip")
-    library = LibrarySignatures(rule)
     three = [fault_from_spec({"id": "taper", "kappa_t": 1e-6}), fault_from_spec({"id": "cant", "gamma": 1e-5})]
     three.append(fault_from_spec({"id": "yaw_offset_tail", "beta_0": 1e-6}))
-    near = library.distance_of(three)
+    near = library_distance(rule, three)
     assert near.triple < 0.01 * near.single + 1e-3
-    far = library.distance_of([*three, fault_from_spec({"id": "strange_wave", "amplitude": 1e-3})])
+    far = library_distance(rule, [*three, fault_from_spec({"id": "strange_wave", "amplitude": 1e-3})])
     assert far.triple > 3.0
