@@ -61,13 +61,13 @@ def linear(config: dict[str, Any], travel: np.ndarray) -> np.ndarray:
     """y1 [mm] of the same loop by the linear plant at ``travel`` [m]."""
     import control
 
-    from belt_sim.linear.plant import LinearBelt, state_space
+    from belt_sim.linear.plant import LinearBelt
 
     s, speed = control.tf("s"), 0.5
     plant = bs.linearise(model="strip", tension=config["tension"], speed=speed)
     assert isinstance(plant, LinearBelt)
     steer = config["gain"] * (1 + config["lead"] / speed * s) / (1 + config["lag"] / speed * s)
-    loop = control.feedback(state_space(plant, order=6).to_control()[0, 0], steer)
+    loop = control.feedback(plant.to_control(order=6)[0, 0], steer)
     t = np.linspace(0.0, config["travel"] / speed, 6001)
     _, y = control.step_response(loop, t)
     return np.interp(travel, t * speed, y) * config["askew"] * DEGREE / MM

@@ -524,7 +524,7 @@ def linearise(
         cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
     chosen = fitted_model(by_tension(model, cases, ids))
     plants = [replace(linear_belt(c, chosen, acting), beyond=limits_of_run(c, chosen, acting)) for c in cases]
-    return PlantSchedule.from_plants(plants) if many else plants[0]
+    return PlantSchedule(tuple(sorted(plants, key=lambda p: p.tension))) if many else plants[0]
 
 
 def export(

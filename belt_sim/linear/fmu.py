@@ -9,7 +9,6 @@ import subprocess
 import sys
 import tempfile
 import zipfile
-from collections.abc import Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from io import BytesIO
@@ -23,7 +22,6 @@ from belt_sim.io import code_origin, write_with
 from belt_sim.linear.plant import StateSpace, lying_at
 from belt_sim.units import N_PER_MM2
 
-_HERE = Path(__file__).parent
 #: System of a library: its target for zig, folder in an FMU of FMI 2 and of FMI 3 (None: the standard has none), ending
 _SYSTEMS = {
     ("Linux", "x86_64"): ("x86_64-linux-gnu.2.17", "linux64", "x86_64-linux", "so"),
@@ -70,21 +68,21 @@ def write_fmu(space: StateSpace, path: Path, fmi: int = 2, libraries: str = "her
     [Pa]. libraries: "here" compiles for this system, where a C compiler is; "all" cross-compiles for Linux, macOS and
     Windows by the package ziglang. The C source is always in it. Raises InputError, also where the compiler fails.
     """
-    content = _content(space, fmi)
-    source = _render("belt.c.j2", content)
+    import jinja2
+
+    engine = jinja2.Environment(loader=jinja2.FileSystemLoader(Path(__file__).parent), undefined=jinja2.StrictUndefined)
+    engine.filters["numeral"] = lambda number: repr(float(number))
+    content, templates = _content(space, fmi), ("belt.c.j2", "modelDescription.xml.j2")
+    source, description = (engine.get_template(name).render(content) + "\n" for name in templates)
     files: dict[str, str | bytes] = {
-        "modelDescription.xml": _render("modelDescription.xml.j2", content),
+        "modelDescription.xml": description,
         "sources/belt.c": source,
         "sources/buildDescription.xml": _BUILD,
     }
-    everywhere = libraries == "all"
-    asked = (
-        _SYSTEMS if everywhere else {k: v for k, v in _SYSTEMS.items() if k == (platform.system(), platform.machine())}
-    )
-    built = []
-    for target, *folders, ending in asked.values():
+    everywhere, here, built = libraries == "all", (platform.system(), platform.machine()), []
+    for system, (target, *folders, ending) in _SYSTEMS.items():
         folder = folders[fmi - 2]
-        if not folder:
+        if not folder or not (everywhere or system == here):
             continue
         if everywhere:
             if importlib.util.find_spec("ziglang") is None:
@@ -163,11 +161,3 @@ def _content(space: StateSpace, fmi: int) -> dict[str, Any]:
     }
     token = hashlib.sha256(repr(content).encode()).hexdigest()[:32]
     return content | {"token": token, "now": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ")}
-
-
-def _render(template: str, content: Mapping[str, Any]) -> str:
-    import jinja2
-
-    engine = jinja2.Environment(loader=jinja2.FileSystemLoader(_HERE), undefined=jinja2.StrictUndefined)
-    engine.filters["numeral"] = lambda number: repr(float(number))
-    return engine.get_template(template).render(content) + "\n"

@@ -1,6 +1,5 @@
 """A controller on the linear plant: the loop in travel, and its margins."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from numbers import Real
 from pathlib import Path
@@ -153,7 +152,13 @@ def close_loop(
     angles = {"askew": askew, "backlash": backlash} | ({} if limits == np.inf else {"limits": limits})
     for name, value in angles.items():
         BOUNDS["yaw"].check(finite(name, value, "rad"), "rad", name=name)
-    plant = _plant_of_loop(plant, tension=tension, speed=speed, direction=direction, rig=rig, belt=belt)
+    stated = {"tension": tension, "speed": speed, "direction": direction, "rig": rig, "belt": belt}
+    stated = {name: value for name, value in stated.items() if value is not None}
+    if isinstance(plant, str):
+        plant = linear_belt(make_case(**stated), analytic_model(plant))
+    elif not isinstance(plant, LinearBelt) or stated:
+        remedy = "give a plant, bs.linearise(model=..., tension=..., speed=...), or a model's name and its settings"
+        raise InputError("plant", repr(plant)[:40], "", remedy)
     for name, value in (("reference", reference), ("y_start", y_start)):
         if abs(value) > plant.width:
             raise InputError(name, value, "m", f"the belt is {plant.width:g} m wide; give at most that, in m")
@@ -167,56 +172,33 @@ def close_loop(
         raise InputError("delay", delay, "s", f"give at most {LONGEST_WAY} samples of {sample:g} s, or longer samples")
     linear = None if callable(controller) and not hasattr(controller, "dt") else _continuous(controller)
 
-    space = state_space(plant, order=LOOP_ORDER)
-    shown, measured, command, yaw = _sampled_run(
-        space, controller if linear is None else _sampled_controller(linear, sample), samples=steps + 1,
-        point=point, late=late, sample=sample, y_start=y_start, reference=reference, askew=askew, drift=drift,
-        noise=noise, limits=limits, backlash=backlash, seed=seed, keep_lost=linear is not None,
-    )  # fmt: skip
-    time = sample * np.arange(len(yaw))
-    drawn = {} if linear is None else _open_loop(space, linear, point=point, late=late, sample=sample, delay=delay)
-    curves: dict[str, Any] = {"travel": time * plant.speed, "y": shown, "measured": measured}
-    return ClosedLoop(plant=plant, point=point, time=time, command=command, yaw=yaw, **curves, **drawn)
-
-
-def _plant_of_loop(plant: LinearBelt | ModelName, **stated: Any) -> LinearBelt:
-    """A plant as given, without ``stated`` settings, or the plant of a model by its name at these."""
-    settings = {name: value for name, value in stated.items() if value is not None}
-    if isinstance(plant, str):
-        return linear_belt(make_case(**settings), analytic_model(plant))
-    if not isinstance(plant, LinearBelt) or settings:
-        remedy = "give a plant, bs.linearise(model=..., tension=..., speed=...), or a model's name and its settings"
-        raise InputError("plant", repr(plant)[:40], "", remedy)
-    return plant
-
-
-def _sampled_run(
-    space: StateSpace, control: Callable[[float, float], float], *, samples: int, point: int, late: int, sample: float,
-    y_start: float, reference: float, askew: float, drift: float, noise: float, limits: float, backlash: float,
-    seed: int, keep_lost: bool,
-) -> tuple[np.ndarray, ...]:  # fmt: skip
-    """y1..y4 (4, n), reading, command and yaw (n,) of a run, which ends where the belt is lost.
-
-    control: (time, error) -> yaw, called once a sample; keep_lost: a run that diverges is returned up to there, or it
-    raises InputError. Other arguments as of ``close_loop``.
-    """
-    plant, shown, rng = space.plant, np.zeros((4, samples)), np.random.default_rng(seed)
-    measured, command, yaw = np.zeros((3, samples))
+    # the run, sample by sample: what is held is exact
+    space, rng = state_space(plant, order=LOOP_ORDER), np.random.default_rng(seed)
     constant = np.zeros(len(space.a))
     constant[: len(plant.constant)] = plant.constant * plant.speed
     constant[0] += drift * plant.speed
     moves, (by_yaw, by_itself) = _held(space.a, np.column_stack([space.b[:, 0], constant]), sample)
-
-    z, turned, end = lying_at(space, y_start), 0.0, samples
+    drawn: dict[str, Any] = {}
+    if linear is not None:
+        inside, (by_error,) = _held(linear.A, linear.B, sample)
+        x = np.zeros(len(inside))  # state of the controller
+        drawn = _open_loop(space, linear, point=point, late=late, sample=sample, delay=delay)
+    z, turned, end, samples = lying_at(space, y_start), 0.0, steps + 1, steps + 1
+    shown, (measured, command, yaw) = np.zeros((4, samples)), np.zeros((3, samples))
     for k in range(samples):
         # the sensor reads the belt, ``late`` samples ago
         shown[:, k] = space.c @ z
         measured[k] = shown[point - 1, max(k - late, 0)] + noise * rng.standard_normal()
         # the controller answers, unless the loop has diverged
-        command[k] = float(control(k * sample, reference - measured[k]))
+        error = reference - measured[k]
+        if linear is None:
+            command[k] = float(controller(k * sample, error))
+        else:
+            command[k] = linear.C[0] @ x + float(linear.D[0, 0]) * error
+            x = inside @ x + by_error * error
         if not np.isfinite(command[k]) or np.abs(shown[:, k]).max() > _DIVERGED:
             end = int(np.argmax(np.abs(shown[:, : k + 1]).max(axis=0) > LOST_AT))
-            if not keep_lost or end < 2:
+            if linear is None or end < 2:
                 remedy = f"the loop is unstable: it diverges by {k * sample:.3g} s; give limits, or a smaller gain"
                 raise InputError("controller", f"{command[k]:g}", "rad", remedy)
             break
@@ -225,21 +207,10 @@ def _sampled_run(
         turned = float(np.clip(turned, driven - 0.5 * backlash, driven + 0.5 * backlash))
         yaw[k] = turned + askew
         z = moves @ z + by_yaw * yaw[k] + by_itself
-    return shown[:, :end], measured[:end], command[:end], yaw[:end]
-
-
-def _sampled_controller(linear: Any, sample: float) -> Callable[[float, float], float]:
-    """A continuous state space as a controller (time, error) -> yaw, which keeps its state from sample to sample."""
-    inside, (by_error,) = _held(linear.A, linear.B, sample)
-    asked, direct, x = linear.C[0], float(linear.D[0, 0]), np.zeros(len(inside))
-
-    def control(time: float, error: float) -> float:
-        nonlocal x
-        yaw = asked @ x + direct * error
-        x = inside @ x + by_error * error
-        return yaw
-
-    return control
+    time = sample * np.arange(end)
+    curves: dict[str, Any] = {"y": shown[:, :end], "measured": measured[:end], "command": command[:end]}
+    curves |= {"time": time, "travel": time * plant.speed, "yaw": yaw[:end]}
+    return ClosedLoop(plant=plant, point=point, **curves, **drawn)
 
 
 def _open_loop(space: StateSpace, linear: Any, *, point: int, late: int, sample: float, delay: float) -> dict[str, Any]:

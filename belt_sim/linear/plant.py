@@ -103,7 +103,9 @@ class LinearBelt:
 
     def to_control(self, *, order: int = 4, delay: str = "pade") -> Any:
         """The state space in seconds as a ``control.StateSpace`` of python-control; raises InputError without it."""
-        return state_space(self, order=order, delay=delay).to_control()
+        space = state_space(self, order=order, delay=delay)
+        names: dict[str, Any] = {"inputs": list(INPUTS), "outputs": list(OUTPUTS), "name": "belt"}
+        return python_control("control", "not installed").ss(space.a, space.b, space.c, space.d, **names)
 
 
 @dataclass(frozen=True)
@@ -115,14 +117,6 @@ class PlantSchedule:
     def __repr__(self) -> str:
         tensions = ", ".join(f"{p.tension / N_PER_MM2:g}" for p in self.plants)
         return f"plants of {self.plants[0].model} at {tensions} N/mm2; .plant_at(tension) gives any between them"
-
-    @staticmethod
-    def from_plants(plants: Sequence[LinearBelt]) -> "PlantSchedule":
-        """Sorted by tension; raises InputError when a tension is there twice or there is but one."""
-        tensions = sorted(p.tension / N_PER_MM2 for p in plants)
-        if len(set(tensions)) < max(2, len(tensions)):
-            raise InputError("tension", tensions, "N/mm2", "give at least two different ones")
-        return PlantSchedule(tuple(sorted(plants, key=lambda p: p.tension)))
 
     def plant_at(self, tension: float) -> LinearBelt:
         """The plant at ``tension`` [N/mm2], no further than the plants reach (InputError beyond)."""
@@ -170,11 +164,6 @@ class StateSpace:
         size = np.abs(exact)
         seen = size > 1e-9 * size.max()
         return float(np.max(np.abs(self.response(w) - exact)[seen] / size[seen]))
-
-    def to_control(self) -> Any:
-        """The same as a ``control.StateSpace`` of python-control; raises InputError when that is not installed."""
-        names: dict[str, Any] = {"inputs": list(INPUTS), "outputs": list(OUTPUTS), "name": "belt"}
-        return python_control("control", "not installed").ss(self.a, self.b, self.c, self.d, **names)
 
     def save_mat(self, path: Path | str) -> Path:
         """Write a MAT file (level 5) with A, B, C, D and what they are; Matlab: ``ss(A, B, C, D)``."""

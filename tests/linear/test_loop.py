@@ -6,7 +6,6 @@ import pytest
 
 import belt_sim as bs
 from belt_sim.linear.loop import margins_of
-from belt_sim.linear.plant import state_space
 
 SPEED, SAMPLE = 0.5, 0.02  # [m/s], [s]
 HELD = 2e-2  # of the largest y: yaw is held over a sample, and the reference solution is continuous
@@ -25,7 +24,7 @@ def lead():
 
 def test_without_faults_it_is_the_textbook_loop(plant):
     made = bs.close_loop(plant, lead(), askew=1e-4, sample=SAMPLE, travel=40.0)
-    belt = state_space(plant, order=6).to_control()[0, 0]
+    belt = plant.to_control(order=6)[0, 0]
     _, y = control.step_response(control.feedback(belt, lead()), made.time)
     assert np.abs(made.y[0] - 1e-4 * y).max() < HELD * np.abs(1e-4 * y).max()
     np.testing.assert_allclose(made.yaw - made.command, 1e-4)

@@ -125,16 +125,15 @@ def test_travel_and_time_are_one_plant():
 
 
 def test_a_schedule_meets_its_plants_and_what_lies_between():
-    schedule = bs.linearise(model="strip", rig="test_rig", tension=[7, 10, 14, 20])
+    schedule = bs.linearise(model="strip", rig="test_rig", tension=[20, 7, 14, 10])
     there = bs.linearise(model="strip", rig="test_rig", tension=12)
     k = np.array([0.05, 0.3])
     assert schedule.plant_at(10).response(k) == pytest.approx(schedule.plants[1].response(k))
     assert np.abs(schedule.plant_at(12).response(k) / there.response(k) - 1)[:, :, 0].max() < 0.01
     with pytest.raises(bs.InputError, match="7 to 20"):
         schedule.plant_at(40)
-    assert type(schedule).from_plants(schedule.plants[::-1]) == schedule
     with pytest.raises(bs.InputError, match="at least two"):
-        type(schedule).from_plants(schedule.plants[:1] * 2)
+        bs.linearise(model="strip", rig="test_rig", tension=[7, 7])
 
 
 @pytest.mark.parametrize("effect", [{"id": "sensor_gain", "g1": 0.01}, {"id": "slip", "inverse_friction": 6.0}])
