@@ -16,7 +16,7 @@ from belt_sim.diagnosis.forward import BATCH_ROWS, room_for
 from belt_sim.diagnosis.noise import Metric
 from belt_sim.diagnosis.samples import Samples
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.effects.base import Effect, effect, parameter, with_parameters
+from belt_sim.effects.base import Effect, effect, parameter
 from belt_sim.effects.law import (
     AT_PULLEYS,
     BY_THE_BELT,
@@ -58,26 +58,23 @@ SAMPLED = 2.0  # gaps between readings in a wave, at least (Nyquist)
 OUTSIDE_MARCH = {"encoder", "sensor_travel", "sensor", "scene"}  # hooks that a march does not call
 Y, MOMENT, TILT_ROW = 0, 8, 10  # first rows of what is kept, see ImpulseResponses
 _SCALES = {"rad": 1e-4, "1/m": 1e-5, "m": 1e-4}
-
-
-_HEIGHTS = {
-    channel: parameter(unit, "height", plausible=(-1.0, 1.0), scale=_SCALES[unit])
-    for channel in CHANNELS
-    for unit in [PLACE_KINDS[channel.partition("_")[0]].unit]
-}
-_LENGTHS = {
-    name: parameter("m", "of travel", plausible=(0.0, 1e3), scale=1.0, null=1.0, modifier=True)
-    for name in ("middle", "half")  # travel at its height, and from there to its foot
-}
+_ALONG: Any = {"plausible": (0.0, 1e3), "scale": 1.0, "null": 1.0, "modifier": True}
 
 
 @effect
-class Pulse(with_parameters("_Heights", _HEIGHTS | _LENGTHS)):  # type: ignore[misc]
+class Pulse(Effect):
     """A triangular pulse of input at every channel: yaw of a pulley's surface, turn and drift at the run-ups, shift and
     twist over the wrapped arcs."""
 
     law = "run-up"
     reference = "none: an input to take impulse responses with"
+    alike = {
+        channel: parameter(unit, "height", plausible=(-1.0, 1.0), scale=_SCALES[unit])
+        for channel in CHANNELS
+        for unit in [PLACE_KINDS[channel.partition("_")[0]].unit]
+    }
+    middle: float = parameter("m", "travel at its height", **_ALONG)
+    half: float = parameter("m", "travel from there to its foot", **_ALONG)
 
     def _at(self, state, name):
         height = jnp.stack([getattr(self, f"{name}_{pulley}") for pulley in PULLEYS])

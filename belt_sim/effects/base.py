@@ -13,7 +13,7 @@ import os
 import pkgutil
 import re
 import sys
-from dataclasses import dataclass, field, fields, make_dataclass
+from dataclasses import dataclass, field, fields
 from functools import cache
 from typing import Any, ClassVar, dataclass_transform
 
@@ -49,12 +49,6 @@ def parameter(unit: str, meaning: str, *, default: float | None = None, **more: 
     """Declare a number of an effect as a field of its class; default: null unless stated; more: as ``Parameter``."""
     declared = Parameter(unit=unit, meaning=meaning, **more)
     return field(default=declared.null if default is None else default, metadata={"parameter": declared})
-
-
-def with_parameters(name: str, parameters: dict[str, Any], base: type | None = None) -> Any:
-    """Return a base class of an effect with many alike numbers: name -> what ``parameter`` declares."""
-    fields = [(n, float, declared) for n, declared in parameters.items()]
-    return make_dataclass(name, fields, bases=(base or Effect,), frozen=True, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -104,6 +98,8 @@ class Effect(Hooks):
     #: how reports tell of it to people at the machine; without one they name the effect and its law
     cause: ClassVar[Cause | None] = None
     parameters: ClassVar[dict[str, Parameter]] = {}
+    #: many numbers of one kind: name -> what ``parameter`` declares
+    alike: ClassVar[dict[str, Any]] = {}
 
     @classmethod
     def columns(cls, sensor_travel, case: Case):
@@ -123,10 +119,6 @@ class Effect(Hooks):
     def null(cls) -> "Effect":
         """Return the effect with null parameters, which does nothing."""
         return cls(**{name: p.null for name, p in cls.parameters.items()})
-
-    def is_null(self) -> bool:
-        """Return whether every parameter has its null value."""
-        return self == self.null()
 
 
 class PartOfScene(Effect):
@@ -162,6 +154,9 @@ def effect(cls):
     if "id" not in vars(cls):
         cls.id = re.sub("(?<!^)(?=[A-Z])", "_", cls.__name__).lower()
     if "__dataclass_fields__" not in vars(cls):
+        cls.__annotations__ = dict.fromkeys(cls.alike, float) | cls.__annotations__
+        for name, declared in cls.alike.items():
+            setattr(cls, name, declared)
         cls = dataclass(frozen=True, kw_only=True)(cls)
     declared = {f.name: f.metadata["parameter"] for f in fields(cls) if "parameter" in f.metadata}
     cls.parameters = {**cls.parameters, **declared}

@@ -274,10 +274,6 @@ def _bend(self, bend, boundary, known, case):
     return bend
 
 
-def _encoder(self, travel, case):
-    return travel + sum(self.strength(k, None, travel, case) for k, _ in self.terms("travel"))
-
-
 def _sensor(self, reading, case):
     added = jnp.zeros_like(reading.y)
     for k, t in self.terms("sensor"):
@@ -309,7 +305,9 @@ _HOOKS = {
     "runup": _at_pulleys("turn", "drift", "span"),
     "wrap": _at_pulleys(*WRAPPED),
     "bend": _bend,
-    "encoder": _encoder,
+    "encoder": lambda self, travel, case: (
+        travel + sum(self.strength(k, None, travel, case) for k, _ in self.terms("travel"))
+    ),
     "sensor": _sensor,
 }
 

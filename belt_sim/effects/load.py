@@ -51,25 +51,20 @@ def load_effects(spec: Any) -> tuple[Effect, ...]:
     loaded: list[Effect] = []
     for item in [] if spec is None else _entries(spec):
         classes, numbers = _read_entry(item)
-        loaded += [_with_numbers(cls, numbers) for cls in classes.values()]
+        for cls in classes.values():
+            for name, value in numbers.items():
+                if name not in cls.parameters:
+                    remedy = f"its parameters are {', '.join(cls.parameters)}"
+                    raise InputError(f"effects.{cls.id}.{name}", value, "", remedy)
+                _check_number(f"effects.{cls.id}.{name}", value, cls.parameters[name])
+            loaded.append(cls(**{n: float(v) for n, v in numbers.items()}))
+            if loaded[-1] == cls.null():
+                example = f"effects=[{{id:{cls.id},{next(iter(cls.parameters))}:...}}]"
+                raise InputError("effects", cls.id, "", f"it would do nothing; give numbers, e.g. {example}")
     ids = [e.id for e in loaded]
     for twice in {i for i in ids if ids.count(i) > 1}:
         raise InputError("effects", twice, "", "name each effect once")
     return tuple(loaded)
-
-
-def _with_numbers(cls: type[Effect], numbers: Mapping[str, Any]) -> Effect:
-    """An effect of a class with its numbers; raises InputError for a wrong one, and where it would do nothing."""
-    for name, value in numbers.items():
-        if name not in cls.parameters:
-            remedy = f"its parameters are {', '.join(cls.parameters)}"
-            raise InputError(f"effects.{cls.id}.{name}", value, "", remedy)
-        _check_number(f"effects.{cls.id}.{name}", value, cls.parameters[name])
-    made = cls(**{n: float(v) for n, v in numbers.items()})
-    if all(float(getattr(made, n)) == p.null for n, p in cls.parameters.items()):
-        example = f"effects=[{{id:{cls.id},{next(iter(cls.parameters))}:...}}]"
-        raise InputError("effects", cls.id, "", f"it would do nothing; give numbers, e.g. {example}")
-    return made
 
 
 def _check_number(name: str, value: Any, parameter: Parameter) -> None:

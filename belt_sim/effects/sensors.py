@@ -5,24 +5,15 @@ from typing import Any, ClassVar
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import PERCENT, Cause, Effect, effect, parameter, with_parameters
+from belt_sim.effects.base import PERCENT, Cause, Effect, effect, parameter
 from belt_sim.line.runup import add
 
 EDGE_HARMONICS = 40
 FALLS = 1.27  # measured edges: amplitudes fall as harmonic^-1.27
 
 
-_HARMONICS = {
-    f"{short}{k}": parameter(
-        "m", f"harmonic {k} of the belt length, {words}", plausible=(-1e-2 / k, 1e-2 / k), scale=2e-4 / k**FALLS
-    )
-    for k in range(1, EDGE_HARMONICS + 1)
-    for short, words in (("cos", "in phase"), ("sin", "in quadrature"))
-}
-
-
 @effect
-class EdgeProfile(with_parameters("_Harmonics", _HARMONICS)):  # type: ignore[misc]
+class EdgeProfile(Effect):
     """Sensors see y + e(material point): e repeats every belt length and passes points 4, 1, 2, 3 in turn.
 
     e is free up to a wavelength of a fortieth of the belt; on a laboratory conveyor three harmonics left half of it,
@@ -42,6 +33,13 @@ class EdgeProfile(with_parameters("_Harmonics", _HARMONICS)):  # type: ignore[mi
         ("upper", "lower"),
         "Look whether the reading repeats with every turn of the belt; average over whole turns.",
     )
+    alike = {
+        f"{short}{k}": parameter(
+            "m", f"harmonic {k} of the belt length, {words}", plausible=(-1e-2 / k, 1e-2 / k), scale=2e-4 / k**FALLS
+        )
+        for k in range(1, EDGE_HARMONICS + 1)
+        for short, words in (("cos", "in phase"), ("sin", "in quadrature"))
+    }
 
     def sensor(self, reading, case):
         phase = _phase(reading.sensor_travel, case)
@@ -82,21 +80,12 @@ class _OfPoints(Effect):
         return add(reading, y=numbers * getattr(reading, self.of) if self.of else numbers)
 
 
-_NUMBERS: dict[str, tuple[str, str, dict[str, Any]]] = {
-    "g": ("1", "gain error", {"plausible": (-0.3, 0.3), "scale": 0.02, "shop": PERCENT}),
-    "c": ("m", "offset", {"plausible": (-2e-2, 2e-2), "scale": 2e-4}),
-    "d": ("m/s", "drift", {"plausible": (-2e-5, 2e-5), "scale": 1e-6, "shop": (3.6e6, "mm/h")}),
-}
-_GAINS, _OFFSETS, _DRIFTS = (
-    with_parameters(
-        "_OfPoints", {f"{c}{k}": parameter(unit, f"{words} at point {k}", **more) for k in range(1, 5)}, _OfPoints
-    )
-    for c, (unit, words, more) in _NUMBERS.items()
-)
+def _at_points(letter: str, unit: str, words: str, **more: Any) -> dict[str, Any]:
+    return {f"{letter}{k}": parameter(unit, f"{words} at point {k}", **more) for k in range(1, 5)}
 
 
 @effect
-class SensorGain(_GAINS):  # type: ignore[misc, valid-type]
+class SensorGain(_OfPoints):
     """An edge sensor shows (1 + g) y."""
 
     title = "Gain error of the edge sensors"
@@ -108,10 +97,11 @@ class SensorGain(_GAINS):  # type: ignore[misc, valid-type]
         "an edge sensor shows the wrong scale", ("sensors",), "Move a target by a gauge block in front of the sensor."
     )
     letter, of = "g", "y"
+    alike = _at_points("g", "1", "gain error", plausible=(-0.3, 0.3), scale=0.02, shop=PERCENT)
 
 
 @effect
-class SensorOffset(_OFFSETS):  # type: ignore[misc, valid-type]
+class SensorOffset(_OfPoints):
     """An edge sensor shows y + c, the same c in every run."""
 
     title = "Zero error common to all runs of an edge sensor"
@@ -124,10 +114,11 @@ class SensorOffset(_OFFSETS):  # type: ignore[misc, valid-type]
         "an edge sensor's zero is off", ("sensors",), "Set the sensor's zero on a straightedge along the machine."
     )
     letter = "c"
+    alike = _at_points("c", "m", "offset", plausible=(-2e-2, 2e-2), scale=2e-4)
 
 
 @effect
-class SensorDrift(_DRIFTS):  # type: ignore[misc, valid-type]
+class SensorDrift(_OfPoints):
     """An edge sensor shows y + d t. The drift is constant in time, so per metre it falls with speed."""
 
     title = "Drift of the edge sensors in time"
@@ -140,6 +131,7 @@ class SensorDrift(_DRIFTS):  # type: ignore[misc, valid-type]
         "an edge sensor drifts with time", ("sensors",), "Read the sensor against a fixed edge before and after a run."
     )
     letter, of = "d", "time"
+    alike = _at_points("d", "m/s", "drift", plausible=(-2e-5, 2e-5), scale=1e-6, shop=(3.6e6, "mm/h"))
 
 
 @effect
