@@ -5,6 +5,7 @@ A span has cubic Hermite fields for position and tilt; its elements are glued by
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -121,7 +122,18 @@ def solve_span(
         load = np.concatenate([load_left[..., :4, :], load_right[..., 4:, :]], axis=-2) - from_ends @ alone
         eliminated.append((follows, alone))
     stiffness, load = pieces[:, 0], load[:, 0]
-    ends = _values_at_ends(stiffness, load, np.broadcast_to(given, (len(length), *given.shape[1:])), yields)
+    # all values at both ends, (batch, 8, k): as given, but for how slope and tilt give way to the couples that the span
+    # has there, and for the slopes of the tilt, which are free
+    ends, free = np.broadcast_to(given, (len(length), *given.shape[1:])).copy(), [3, 7]
+    if yields is None:
+        ends[:, free] = np.linalg.solve(stiffness[:, free][:, :, free], load[:, free] - stiffness[:, free] @ ends)
+    else:
+        system = np.tile(np.eye(8), (len(stiffness), 1, 1))
+        for couples, end in zip(([1, 2], [5, 6]), yields, strict=True):
+            system[:, couples] -= end @ stiffness[:, couples]
+            ends[:, couples] -= end @ load[:, couples]
+        system[:, free], ends[:, free] = stiffness[:, free], load[:, free]
+        ends = np.linalg.solve(system, ends)
     moments = stiffness @ ends - load
     nodes = np.stack([ends[:, :4], ends[:, 4:]], axis=1)
     for follows, alone in reversed(eliminated):  # values at all nodes from those at the ends, the way back
@@ -131,22 +143,6 @@ def solve_span(
         nodes = merged
     run_up, run_off = moments[:, 5] / factors[0][:, -1:], -moments[:, 1] / factors[0][:, :1]
     return SpanResponse(run_up=run_up.T, run_off=run_off.T, tilt=nodes[:, count // 2, 2].T, nodes=nodes)
-
-
-def _values_at_ends(stiffness: np.ndarray, load, given: np.ndarray, yields) -> np.ndarray:
-    """All values at both ends, shape (batch, 8, k): as given, but for how slope and tilt give way to the couples that
-    the span has there, and for the slopes of the tilt, which are free."""
-    free = [3, 7]
-    if yields is None:
-        ends = given.copy()
-        ends[:, free] = np.linalg.solve(stiffness[:, free][:, :, free], load[:, free] - stiffness[:, free] @ given)
-        return ends
-    system, wanted = np.tile(np.eye(8), (len(stiffness), 1, 1)), given.copy()
-    for couples, end in zip(([1, 2], [5, 6]), yields, strict=True):
-        system[:, couples] -= end @ stiffness[:, couples]
-        wanted[:, couples] -= end @ load[:, couples]
-    system[:, free], wanted[:, free] = stiffness[:, free], load[:, free]
-    return np.linalg.solve(system, wanted)
 
 
 def curvature_along(nodes: np.ndarray, length, sag_curvature) -> np.ndarray:
@@ -281,21 +277,26 @@ def stack(lines: list[Line]) -> Line:
     return Line(**{name: np.concatenate([getattr(line, name) for line in lines]) for name in names})
 
 
-@dataclass(frozen=True)
+@dataclass
 class UnitLoad:
     """A unit load on one span, shape (batch,) each: what it adds at fixed ends.
 
-    upper: on the span above (whichever way the belt runs); run_up, run_off: curvature there [1/m]; tilt: roll at
-    mid-span [rad]; row, shape (4, batch): y at the load's place per boundary value (y_o, theta_o, y_u, theta_u);
-    give: y there per unit of the load. A load that is spread has no place: row and give are 0.
+    upper: on the span above (whichever way the belt runs); to_tail: whether that runs to the tail pulley; run_up,
+    run_off: curvature there [1/m]; tilt: roll at mid-span [rad]; row, shape (4, batch): y at the load's place per
+    boundary value (y_o, theta_o, y_u, theta_u); give: y there per unit of the load. A load that is spread has no place:
+    row and give are 0. In a march: whose it is, and what it remembers, now and at the nodes (n, batch).
     """
 
     upper: bool
+    to_tail: np.ndarray
     run_up: np.ndarray
     run_off: np.ndarray
     tilt: np.ndarray
     row: np.ndarray
     give: np.ndarray
+    fault: Any = None
+    now: Numbers = 0.0
+    kept: Any = None
 
 
 def unit_load(line: Line, upper: bool, kind: str, share=None) -> UnitLoad:
@@ -333,7 +334,7 @@ def unit_load(line: Line, upper: bool, kind: str, share=None) -> UnitLoad:
         ends = (np.concatenate([x[lanes, k, :2], x[lanes, k + 1, :2]], axis=1) for x in nodes)
         by_ends, by_load = (np.einsum("bi,bik->bk", value, end) for end in ends)
         row, give = by_ends.T, by_load[:, 0]
-    return UnitLoad(upper, found.run_up[0], found.run_off[0], found.tilt[0], row, give)
+    return UnitLoad(upper, to_tail, found.run_up[0], found.run_off[0], found.tilt[0], row, give)
 
 
 def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:

@@ -21,7 +21,7 @@ from belt_sim.campaign import SignalSheet
 from belt_sim.campaign.types import kind_at
 from belt_sim.case import GRAVITY, Belt, Rig
 from belt_sim.virtual_rig.faults import FAULT_HOOKS, Fault, has_hook
-from belt_sim.virtual_rig.line import Line, SpanResponse, UnitLoad
+from belt_sim.virtual_rig.line import Line, SpanResponse
 from belt_sim.virtual_rig.plan import Noise, Plan
 
 
@@ -49,17 +49,6 @@ class SpanTable:
 
 
 _RESPONSES = ("run_up", "run_off", "tilt")
-
-
-@dataclass
-class AppliedLoad:
-    """A load of a fault: on the span that runs to the tail (lane by lane)?, what it remembers, now and (n, batch)."""
-
-    fault: Fault
-    load: UnitLoad
-    to_tail: np.ndarray
-    now: np.ndarray
-    kept: np.ndarray
 
 
 def dot(row, off, up):
@@ -144,7 +133,7 @@ class BeltMarch:
     nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head; tail_yaw, head_yaw: (n, batch) as they
     really are; bent: curvature at the run-ups, (n, 2, batch); gone: how far friction has let the belt go where it
     leaves, (y, alpha) of the tail, then of the head pulley, (n, 4, batch); spans: the one that runs to the tail and the
-    one that runs to the head pulley; of: hook -> the faults that have it; applied_loads: the loads on the spans.
+    one that runs to the head pulley; of: hook -> the faults that have it; loads: on the spans.
     """
 
     def __init__(self, line: Line, faults: Sequence[Fault], reach: float) -> None:
@@ -160,11 +149,7 @@ class BeltMarch:
         self.bent = np.zeros((count, 2, batch))
 
         self.of = {hook: [f for f in faults if has_hook(f, hook)] for hook in FAULT_HOOKS}
-        self.applied_loads = [
-            AppliedLoad(f, load, (line.direction > 0) == load.upper, np.zeros(batch), np.zeros((count, batch)))
-            for f in faults
-            for load in f.loads(line)
-        ]
+        self.loads = [replace(x, fault=f, kept=np.zeros((count, batch))) for f in faults for x in f.loads(line)]
         both, swings = (True, False), [f.swing for f in self.of["tension"]]
         self.spans = line.span(), line.span(to_tail=False)
         self.changed_spans = tuple([SpanTable(f, line, to_tail) for f in self.of["sections"]] for to_tail in both)
@@ -304,15 +289,14 @@ class BeltMarch:
     def _load_curvatures(self, s, ends, node):
         """Curvature that the loads add at the run-ups and at the run-offs of the two spans, each shape (2, batch)."""
         added_up, added_off = np.zeros((2, 2, len(self.line.stress)))
-        for applied in self.applied_loads:
-            load, to_tail = applied.load, applied.to_tail
-            off, up = (np.where(to_tail, *both) for both in zip(*ends, strict=True))
-            acts, kept = applied.fault.push(s, self.line, load, dot(load.row, off, up), applied.now)
-            chosen = np.stack([to_tail, ~to_tail])
+        for load in self.loads:
+            off, up = (np.where(load.to_tail, *both) for both in zip(*ends, strict=True))
+            acts, kept = load.fault.push(s, self.line, load, dot(load.row, off, up), load.now)
+            chosen = np.stack([load.to_tail, ~load.to_tail])
             added_up += chosen * (load.run_up * acts)
             added_off += chosen * (load.run_off * acts)
             if node is not None:
-                applied.now = applied.kept[node] = kept
+                load.now = load.kept[node] = kept
         return added_up, added_off
 
     def _responses(self, s: float, ends) -> tuple[SpanResponse, SpanResponse]:
@@ -443,10 +427,10 @@ def perfect_reading(
         if tables := history.changed_spans[k]:
             row = row[:, None] + sum(table.added_at(s, (off, up), ("tilt",))["tilt"] for table in tables)
         tilt = dot(row, off, up)
-        for applied in history.applied_loads:
-            kept, load = history.interpolate(applied.kept, s), applied.load
-            acts = applied.fault.push(s, line, load, dot(load.row, off, up), kept)[0] * (s > 0)
-            tilt = tilt + np.where(applied.to_tail == (k == 0), load.tilt * acts, 0.0)
+        for load in history.loads:
+            kept = history.interpolate(load.kept, s)
+            acts = load.fault.push(s, line, load, dot(load.row, off, up), kept)[0] * (s > 0)
+            tilt = tilt + np.where(load.to_tail == (k == 0), load.tilt * acts, 0.0)
         tilts.append(tilt)
     return np.where(TILT_SIGNS[place] * line.direction > 0, *tilts)
 
