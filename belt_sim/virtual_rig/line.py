@@ -124,7 +124,8 @@ def solve_span(
     stiffness, load = pieces[:, 0], load[:, 0]
     # all values at both ends, (batch, 8, k): as given, but for how slope and tilt give way to the couples that the span
     # has there, and for the slopes of the tilt, which are free
-    ends, free = np.broadcast_to(given, (len(length), *given.shape[1:])).copy(), [3, 7]
+    free = [3, 7]
+    ends: np.ndarray = np.broadcast_to(given, (len(length), *given.shape[1:])).copy()
     if yields is None:
         ends[:, free] = np.linalg.solve(stiffness[:, free][:, :, free], load[:, free] - stiffness[:, free] @ ends)
     else:

@@ -41,7 +41,6 @@ class RunSetting:
     direction: float = 1.0
     yaw_at: float = 0.0
     repeat_of: int | None = None
-    use: str = "fit"
     start: float = 0.0
 
 

@@ -106,7 +106,6 @@ def make_space_campaign(
     seed: int | None = None,
     base: str | None = None,
     plan: Plan | None = None,
-    sensors: Noise = SENSORS,
     options: Options = OPTIONS,
     title: str = "Virtual rig in three dimensions",
     name: str = "",
@@ -132,7 +131,7 @@ def make_space_campaign(
     plan = plan or space_plan()
     seed = secrets.randbits(63) if seed is None else check_seed(seed)
     streams = [np.random.default_rng(s) for s in np.random.SeedSequence(seed).spawn(3)]
-    errors = draw_errors(plan, sensors, streams[0])
+    errors = draw_errors(plan, SENSORS, streams[0])
     cases = true_cases(plan, base, errors, what.faults)
     if not engine:  # quasi_static is many times faster, where it can do what the faults make of the scene
         engine = "quasi_static"
@@ -142,10 +141,10 @@ def make_space_campaign(
             engine = "native"
     run = partial(run_scene, effects=effects, options=options, travel=plan.length, engine=engine)
     readings = take_readings(plan, measure(cases, run, workers, tell))
-    readings = add_noise(readings, plan.travel, sensors.sheets(plan), sensors, streams[1])
-    stated_noise, words = with_simulator_error(sensors, engine)
+    readings = add_noise(readings, plan.travel, SENSORS.sheets(plan), SENSORS, streams[1])
+    stated_noise, words = with_simulator_error(SENSORS, engine)
     campaign = build_campaign(plan, stated_noise, readings, title, REFERENCE.format(engine=engine, error=words))
-    return campaign, describe_truth(seed, base, what, sensors, errors, None, streams[2].bytes(_SALT_BYTES).hex(), name)
+    return campaign, describe_truth(seed, base, what, SENSORS, errors, None, streams[2].bytes(_SALT_BYTES).hex(), name)
 
 
 def scene_effects(load: EffectLoader, faults: Sequence[Fault]) -> tuple[Any, ...]:
