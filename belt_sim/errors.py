@@ -26,10 +26,6 @@ class CannotRepresent(BeltError):
     """A model was asked for something outside the laws that it reads."""
 
 
-class FitError(BeltError):
-    """A fit ended worse than where it may begin; the message names what was fitted."""
-
-
 class SimulationError(BeltError):
     """A simulation stopped before its end; the message names the quantity, the place and the setting to change.
 

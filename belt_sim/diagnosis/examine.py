@@ -120,7 +120,7 @@ def examine(
 
     bootstraps: campaigns simulated with nothing missing; doubts: about the sheet; checked: data and sheet are right,
     whatever looks wrong; laws: the search for laws that no effect of the library is; tell: hears what is being done.
-    Raises InputError when the campaign has no signals, FitError when a larger set fits worse than a smaller one.
+    Raises InputError when the campaign has no signals.
     """
     tell("preparing the runs")
     tried = within_reach(campaign, model, classes)

@@ -12,7 +12,6 @@ from belt_sim.diagnosis.fit import Fit, Refit, basis
 from belt_sim.diagnosis.linearisation import EVEN, GridStart, Linearisation, linearise_effects
 from belt_sim.diagnosis.plausibility import has_diverged, is_plausible, prefer_plausible
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.errors import FitError
 
 # Which effects are worth a joint refit beside a fitted set, and the best refit of each.
 #
@@ -346,7 +345,22 @@ def add_fits(search: Search, sets: Sequence[Names]) -> Search:
         if key not in best or (fit.is_converged, -fit.chi2) > (best[key].is_converged, -best[key].chi2):
             best[key] = fit
     plausible = prefer_plausible(search.bench, list(best.values()))
-    return replace(search, fits={**search.fits, **dict(zip(best, plausible, strict=True))})
+    return _nest(replace(search, fits={**search.fits, **dict(zip(best, plausible, strict=True))}))
+
+
+def _nest(search: Search) -> Search:
+    """The search with every set that fits worse than one of its subsets refitted from the best of these, the numbers of
+    its other effects at null: a fit on an earlier workbench may lie beyond a ridge, from which no step leads back."""
+    fits = dict(search.fits)
+    for size in sorted({len(key) for key in fits}):
+        begun = dict[Ids, Fit]()
+        for key in (k for k in fits if len(k) == size):
+            part = min((f for k, f in fits.items() if k < key), key=lambda f: f.chi2, default=fits[key])
+            if not fits[key].chi2 <= part.chi2 + RISE:
+                begun[key] = _start_from(search.bench, fits[key].ids, dict.fromkeys(part.ids, part))
+        refits = prefer_plausible(search.bench, search.bench.fit([*begun.values()])) if begun else []
+        fits |= {key: fit for key, fit in zip(begun, refits, strict=True) if not fits[key].chi2 <= fit.chi2}
+    return replace(search, fits=fits)
 
 
 def _start_from(bench: Workbench, ids: Names, fits: Mapping[str, Fit]) -> Fit:
@@ -359,10 +373,7 @@ def _start_from(bench: Workbench, ids: Names, fits: Mapping[str, Fit]) -> Fit:
 
 
 def extend(search: Search, ids: Names) -> Search:
-    """The search with every other candidate added to the set ``ids``.
-
-    Raises FitError where one fits worse than the set alone.
-    """
+    """The search with every other candidate added to the set ``ids``."""
     key = frozenset(ids)
     if key in search.extended:
         return search
@@ -385,12 +396,9 @@ def extend(search: Search, ids: Names) -> Search:
             fits[larger] = fit
         elif fit.settled or fit.steps:  # one that ran out of rounds is nearer than null is
             starts[larger] = fit
-        gain = current.chi2 - fit.chi2
-        if gain < -RISE:
-            raise FitError(f"refit of {name} beside {sorted(key)}: chi2 rose by {-gain:.3g}; the optimiser failed")
         if key == NO_EFFECTS:
             singles[name] = fit
-    return replace(search, fits=fits, starts=starts, extended=search.extended | {key}, singles=singles)
+    return _nest(replace(search, fits=fits, starts=starts, extended=search.extended | {key}, singles=singles))
 
 
 def move_to(search: Search, ids: Names) -> Search:
@@ -402,7 +410,7 @@ def move_to(search: Search, ids: Names) -> Search:
     fit = search.fits[frozenset(ids)]
     for move in range(NUISANCE_MOVES + 1):
         if move:
-            search = add_fits(search, [ids])
+            search = add_fits(search, [(), ids])
             before, fit = fit, search.fits[frozenset(ids)]
             apart = (fit.vector - before.vector)[fit.free] @ fit.columns
             if apart @ apart < UNMOVED:

@@ -167,6 +167,8 @@ STAGES = {
     "drawing": 4.0,
     "choosing the best further run": 2.0,
 }
+#: stages of which nobody knows how long the rest takes: the fits take from 0.3 to 6 times as long as all before them
+UNFORESEEN = {*list(STAGES)[: list(STAGES).index(BEYOND_CATALOGUE)]}
 SOMETIMES = {"checking the machine data", LAW_OF_REST, list(STAGES)[-1]}  # not to come until they begin
 #: a law takes half as long again as all before it: within 30 % in 35 of 44 blind campaigns where one was sought
 LAW_SHARE = 1.0 / 1.5
@@ -199,9 +201,9 @@ def _begin(
     def update(done: float, note: str) -> None:
         nonlocal said
         elapsed, in_all, more = time.monotonic() - began, 0.0, ""
-        if not timed and 0.0 < done < total:  # seconds in all, and what may make them more
+        if not timed and 0.0 < done < total and note not in UNFORESEEN:  # seconds in all, and what may make them more
             in_all = elapsed / done
-            more = ", longer if a law is sought" if note in list(STAGES)[: list(STAGES).index(LAW_OF_REST)] else ""
+            more = ", longer if a law is sought" if note == BEYOND_CATALOGUE else ""
         about = f" of about {in_all:.0f} s{more}" if in_all else ""
         if bar is not None:
             bar.update(task, completed=done, note=f"{note}{about.replace(' of', ',')}")

@@ -10,8 +10,8 @@ from noise_by_recursion import errors
 from small_campaign import CLASSES, MODEL, SHAPE, bench, campaign, examined, q_of
 
 from belt_sim.diagnosis.errors import conditions
-from belt_sim.diagnosis.linearisation import linearise_effects
-from belt_sim.diagnosis.search import MAX_EFFECTS, fit_best
+from belt_sim.diagnosis.linearisation import Linearisation, linearise_effects
+from belt_sim.diagnosis.search import MAX_EFFECTS, Search, add_fits, fit_best
 from belt_sim.diagnosis.workbench import workbench
 from studies.paper.case import TEST_RIG
 
@@ -33,6 +33,17 @@ def test_a_larger_set_never_fits_worse(two):
     sizes = [chi2(two, ids) for ids in chain]
     assert all(after <= before + NESTED for before, after in pairwise(sizes))
     assert sizes[1] - sizes[2] > 100.0  # and the truth is worth something
+
+
+def test_a_set_whose_fit_strayed_is_refitted_from_its_best_subset():
+    """Guard: where noise levels had moved on, a start on an earlier workbench once led to a fit worse than none."""
+    b = bench()
+    nothing = b.fit([b.start((), b.forward.null())])[0]
+    strayed = b.start(("tension_bias", "taper"), q_of(b, "tension_bias", gain=-3.0))  # the belt would be pushed
+    search = Search(bench=b, linearisation=Linearisation(nothing, {}), starts={frozenset(strayed.ids): strayed})
+    fits = add_fits(search, [(), ("taper",), ("tension_bias", "taper")]).fits
+    assert fits[frozenset(strayed.ids)].chi2 <= fits[frozenset(["taper"])].chi2 + NESTED
+    assert fits[frozenset(["taper"])].chi2 <= nothing.chi2
 
 
 def test_every_candidate_fits_at_least_as_well_as_what_it_stands_beside(two):
