@@ -152,6 +152,12 @@ def fitted_model(spec: Any, curves: bool = True) -> AnalyticModel:
     return model  # type: ignore[return-value]  # a formula only where no curves are asked for
 
 
+def refuse_undeclared(cls: type[Effect]) -> None:
+    """Raise InputError for a class without the decorator, which JAX cannot pass on."""
+    if "declared" not in vars(cls):
+        raise InputError("effects", cls.__name__, "", f"write @effect above the class {cls.__name__}")
+
+
 def effects_of(asked: Any) -> tuple[Effect, ...]:
     """Effects with numbers.
 
@@ -168,6 +174,7 @@ def effects_of(asked: Any) -> tuple[Effect, ...]:
             example = f"{e.__name__}({next(iter(e.parameters))}=...)"
             raise InputError("effects", e.__name__, "", f"give it numbers: {example}")
         if isinstance(e, Effect):
+            refuse_undeclared(type(e))
             found.append(e)
         elif hasattr(e, found_by) and e.law:
             found.append(law_effect(law_of_entry(e.law, found=True))())
@@ -196,7 +203,8 @@ def candidates_of(asked: Any, model: AnalyticModel, leave_out: Sequence[str] | N
     entries = asked if isinstance(asked, Sequence) and not isinstance(asked, str) else [asked]
     classes: dict[str, type[Effect]] = {}
     for entry in entries:
-        is_class = isinstance(entry, type) and issubclass(entry, Effect)
+        if is_class := isinstance(entry, type) and issubclass(entry, Effect):
+            refuse_undeclared(entry)
         classes |= {entry.id: entry} if is_class else load_classes([entry])
     if not classes:
         raise InputError("effects", "[]", "", "name at least one candidate, or null for the library")

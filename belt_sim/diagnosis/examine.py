@@ -74,12 +74,9 @@ class LawFinder(Protocol):
     def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
         """What is seen beside a fit in the linear range; among: effects of all fits that are looked at."""
 
-    def law(
-        self, bench: Workbench, fit: Fit, matters: Matters | None = None, most: float = np.inf, rival: Fit | None = None
-    ) -> LawResult:
+    def law(self, bench: Workbench, fit: Fit, matters: Matters | None = None, most: float = np.inf) -> LawResult:
         """The law of what is seen beside a fit, with its joint fit; matters: whether laws would change what is decided
-        (None: all do); most: chi2 that a law may explain, less what its form costs; rival: the fit of likelier effects,
-        in whose place a law would stand."""
+        (None: all do); most: chi2 that a law may explain, less what its form costs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -300,12 +297,11 @@ def _add_laws(
     """The search, its table with the evidence of laws in the march, and these laws, by the effects beside them."""
     sets = decision.law_sets(table)
     search = add_fits(search, [tuple(sorted(ids)) for ids in sets])
-    found, best = {}, decision.explanations[0]
+    found = {}
     for ids in sets:
         matters = partial(decision.could_change, table, ids, policy=POLICY)
         most = decision.most_of_a_law(table, ids)
-        rival = search.fits[frozenset(best.effects)] if ids < set(best.effects) and not best.unknown else None
-        found[ids] = laws.law(search.bench, search.fits[ids], matters, most, rival)
+        found[ids] = laws.law(search.bench, search.fits[ids], matters, most)
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
     rows = [replace(b, laws=(*b.laws, in_march[b.ids])) if b.ids in in_march else b for b in table.unknown]
     return search, replace(table, unknown=tuple(rows)), found

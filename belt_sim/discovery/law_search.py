@@ -38,17 +38,14 @@ class LawSearch:
     def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
         """What is seen beside a fit in the linear range."""
         data = search_data_of(bench, fit, among, self.spectra)
-        additive = all(c.is_additive() for c in bench.forward.classes if c.id in fit.ids)
-        if additive and not has_many_readings(bench):  # more take less time than memory
-            self.begun[frozenset(fit.ids)] = data
         found = unknown_evidence(data)
         data.forget_inputs()
+        if all(c.is_additive() for c in bench.forward.classes if c.id in fit.ids):
+            self.begun[frozenset(fit.ids)] = data
         return found
 
-    def law(
-        self, bench: Workbench, fit: Fit, matters: Matters | None = None, most: float = np.inf, rival: Fit | None = None
-    ) -> LawResult:
-        """The law of what is seen beside a fit, with its joint fit; matters, most, rival: as in ``LawFinder``."""
+    def law(self, bench: Workbench, fit: Fit, matters: Matters | None = None, most: float = np.inf) -> LawResult:
+        """The law of what is seen beside a fit, with its joint fit; matters, most: as in ``LawFinder``."""
         data = self.begun.pop(frozenset(fit.ids), None)
         if data is None or data.bench is not bench or data.fit is not fit:
             data = search_data_of(bench, fit, spectra=self.spectra)
@@ -61,7 +58,6 @@ class LawSearch:
                 self.tell,
                 pairs=matters([pair]),
                 matters=lambda some: matters([*map(law_evidence, some)]),
-                rival=rival,
             )
         data.forget_inputs()
         result, made = LawResult(partial(describe_discovery, outcome)), outcome.best
@@ -86,6 +82,7 @@ def unknown_evidence(data: SearchData) -> UnknownEvidence:
         ranked.append(single_term_laws(some))
         latent_inputs += some.latent_inputs
     ones = RankedLaws.of_all(ranked)
+    vars(data)["latent_inputs"] = sorted(latent_inputs, key=lambda c: -c.gain)  # a search for a law asks for them again
     latent_gains = [c.gain for c in latent_inputs if not (c.place.kind == "sensor" and c.pool == "each run")]
     return UnknownEvidence(
         ids=frozenset(data.fit.ids),

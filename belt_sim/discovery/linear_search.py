@@ -7,14 +7,13 @@ All sizes are free; gains are those beside the nuisances and the chosen effects.
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import groupby, pairwise
+from itertools import groupby
 from typing import Any, TypeVar
 
 import numpy as np
 
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.discovery.responses import HIDDEN, ResidualProjector, States, single_precision
-from belt_sim.discovery.search_data import SearchData, course_travel, has_many_readings, projector_of, variable
+from belt_sim.discovery.responses import HIDDEN, States, single_precision
+from belt_sim.discovery.search_data import SearchData, course_travel, has_many_readings, variable
 from belt_sim.effects.law import SPAN_NAMES, WRAPPED, Form, Law, Place, Term
 
 # Inner products of the columns of all forms at a place with whitened vectors, run by run.
@@ -217,18 +216,17 @@ class ScoredLaw:
 class RankedLaws:
     """Laws of one term, best first; an iteration makes them one by one.
 
-    tables: place, its forms and an exponent; gain, score: of every form of every table; beside: gains beside effects.
+    tables: place, its forms and an exponent; gain, score: of every form of every table.
     """
 
     tables: list[tuple[Place, list[Form], float]]
     gain: np.ndarray
     score: np.ndarray
-    beside: np.ndarray
 
     @classmethod
     def of_all(cls, some: Sequence["RankedLaws"]) -> "RankedLaws":
         """Those of several kinds of places together."""
-        arrays = (np.concatenate([getattr(r, name) for r in some]) for name in ("gain", "score", "beside"))
+        arrays = (np.concatenate([getattr(r, name) for r in some]) for name in ("gain", "score"))
         return cls([table for r in some for table in r.tables], *arrays)
 
     def __iter__(self) -> Iterator[ScoredLaw]:
@@ -248,16 +246,16 @@ def cost(law: Law) -> float:
     return found
 
 
-def gains(blocks: Sequence[Products], weight: np.ndarray, vectors: slice, inverse, along) -> np.ndarray:
+def gains(blocks: Sequence[Products], weight: np.ndarray, inverse, along) -> np.ndarray:
     """chi2 gains (F,) of the forms of all blocks with run weights (R,).
 
-    The first of some ``vectors`` of the products is what is explained, the others are taken out; inverse: of their Gram
+    The first vector of the products is what is explained, the others are taken out; inverse: of their Gram
     matrix and prior; along (c,): their products with the first.
     """
     found, square = [], weight**2
     for p in blocks:
         seen, k = p.with_vectors, p.waves
-        whole = (weight.astype(seen.dtype) @ seen.reshape(len(weight), -1)).reshape(seen.shape[1:])[:, vectors]
+        whole = (weight.astype(seen.dtype) @ seen.reshape(len(weight), -1)).reshape(seen.shape[1:])
         onto = whole[:, 1:]
         pull, reduced = whole[:, 0] - onto @ (inverse @ along), onto @ inverse
         own = p.own @ square
@@ -276,61 +274,21 @@ def gains(blocks: Sequence[Products], weight: np.ndarray, vectors: slice, invers
     return np.concatenate(found)
 
 
-def single_term_laws(data: SearchData, rival: ResidualProjector | None = None) -> RankedLaws:
-    """Every form at every place with every exponent, best first; rival: beside the effects of another fit, too."""
-    several = [g for g in (data.projector, rival) if g is not None]
-    targets = Targets(np.concatenate([v for g in several for v in (g.residual[None], g.shared)]))
-    ends = np.cumsum([0, *(1 + len(g.shared) for g in several)])
-    own = [(slice(*pair), g.inverse, g.shared_residual) for pair, g in zip(pairwise(ends), several, strict=True)]
-    tables, found, beside, prices = [], [], [], []
+def single_term_laws(data: SearchData) -> RankedLaws:
+    """Every form at every place with every exponent, best first."""
+    g = data.projector
+    targets = Targets(np.concatenate([g.residual[None], g.shared]))
+    tables, found, prices = [], [], []
     for place, forms, blocks in form_products(data, data.places_to_try, targets):
         kind = ("prices", place.kind, place.is_carried, data.wide)
         costs = (cost(Law((Term(place, form),))) for form in forms)
         price = data.compute_once(kind, partial(np.fromiter, costs, float), data.states)
         for n in exponents_of(data):
             tables.append((place, forms, n))
-            found.append(gains(blocks, data.weight(n), *own[0]))
-            beside += [gains(blocks, data.weight(n), *one) for one in own[1:]]
+            found.append(gains(blocks, data.weight(n), g.inverse, g.shared_residual))
             prices.append(price + EXPONENT_PRICE * (n != 0.0))
-    gain, price, further = (np.concatenate([np.empty(0), *some]).astype(float) for some in (found, prices, beside))
-    return RankedLaws(tables, gain, gain - price, further)
-
-
-SHAPE_POWERS = {
-    "square": 2.0,
-    "signed_square": 2.0,
-    "cube": 3.0,
-}  # of what it reads, with which a form goes; 1 of others
-
-
-def most_in_place(data: SearchData, rival: Fit) -> tuple[RankedLaws, ScoredLaw]:
-    """Laws of one term, and the most that one of them may explain in the place of the effects of another fit.
-
-    Of G, the chi2 that it and the effects explain together, a law explains g = G cos^2(angle); in the linear range both
-    are known of every form, of one with numbers the largest that any give. At work it moves what it reads by a share
-    sqrt(G)/|y| of the whitened readings, and turns by that angle times its power, at best towards what is left. A large
-    change of a span may turn to anything.
-    """
-    ranked, family, powers, count = single_term_laws(data, projector_of(data.bench, rival)), [], [], 0
-    for place, forms, _ in ranked.tables:
-        names: dict[tuple, int] = {}
-        own = [names.setdefault((f.variable, f.shape, f.course, f.timed), len(names)) for f in forms]
-        family.append(np.array(own, dtype=int) + count)
-        powers += [np.inf if place.relative else SHAPE_POWERS.get(f.shape, 1.0) for f in forms]
-        count += len(names)
-    of, power, known = np.concatenate(family), np.array(powers), data.fit.chi2 - rival.chi2
-    gain, beside = np.zeros((2, count))
-    np.maximum.at(gain, of, ranked.gain)
-    np.maximum.at(beside, of, ranked.beside)
-    gain, beside, changing = gain[of], beside[of], np.isinf(power)
-    beside[changing] = beside[changing].max(initial=0.0)
-    together = np.maximum(known + beside, 1e-30)
-    readings = float(np.linalg.norm(data.bench.metric.whiten(data.bench.fitted.y)))
-    apart = np.arccos(np.sqrt(np.clip(gain / together, 0.0, 1.0)))
-    turned = np.maximum(apart - power * np.sqrt(together) / readings, 0.0)
-    most = together * np.cos(turned) ** 2
-    best = next(iter(replace(ranked, gain=most, score=ranked.score + most - ranked.gain)))
-    return ranked, best
+    gain, price = (np.concatenate([np.empty(0), *some]).astype(float) for some in (found, prices))
+    return RankedLaws(tables, gain, gain - price)
 
 
 def unexplained_elsewhere(data: SearchData, law: Law) -> dict[Place, float]:
@@ -376,7 +334,7 @@ def two_term_laws(data: SearchData, first: ScoredLaw) -> list[ScoredLaw]:
     """The best second terms beside the ``first``, best first."""
     g, own = data.projector, data.columns(first.law)
     vectors = np.concatenate([g.residual[None], g.shared, own])
-    everything, block = slice(len(vectors)), vectors[1:]
+    block = vectors[1:]
     gram = np.einsum("crm,drm->cd", block, block)
     count = len(g.shared)
     gram[:count, :count] += g.gram - np.einsum("crm,drm->cd", g.shared, g.shared)  # its prior
@@ -384,7 +342,7 @@ def two_term_laws(data: SearchData, first: ScoredLaw) -> list[ScoredLaw]:
     targets, along, found = Targets(vectors), np.einsum("crm,rm->c", block, g.residual), list[ScoredLaw]()
     for place, forms, blocks in form_products(data, data.places_to_try, targets):
         for n in exponents_of(data):
-            gain = gains(blocks, data.weight(n), everything, inverse, along)
+            gain = gains(blocks, data.weight(n), inverse, along)
             for k in np.argsort(-gain)[:SECONDS]:
                 law, both = Law((*first.law.terms, Term(place, forms[k], n))), float(first.gain + gain[k])
                 found.append(ScoredLaw(law, both, both - cost(law)))

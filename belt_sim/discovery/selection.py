@@ -14,13 +14,11 @@ from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.discovery.closed_loop import ClosedLoopFit, fit_closed_loop, states_with
 from belt_sim.discovery.linear_search import (
     WITHIN,
-    RankedLaws,
     ScoredLaw,
     cost,
     distinct_families,
     exponents_of,
     first_of_each,
-    most_in_place,
     refine_numbers,
     single_term_laws,
     two_term_laws,
@@ -60,15 +58,12 @@ class LawChoice:
     possible: float
 
 
-def choose_law(
-    data: SearchData, latent: LatentInput, pairs: bool = True, ranked: RankedLaws | None = None
-) -> LawChoice:
+def choose_law(data: SearchData, latent: LatentInput, pairs: bool = True) -> LawChoice:
     """The law that explains most for its numbers; latent: the likeliest input, which says what the states were; pairs:
-    whether laws of two terms are tried; ranked: laws of one term, where they are known."""
+    whether laws of two terms are tried."""
     data = replace(data, wide=True, design=lru_cache(None)(data.design))  # laws of all places, one after the other
     read = replace(data, states=states_with(data, latent))
-    of_both = ranked or single_term_laws(data), single_term_laws(read)
-    tried = [(s, distinct_families(laws, SINGLES)) for s, laws in zip((data, read), of_both, strict=True)]
+    tried = [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (data, read)]
     # to first order a large steady change of tension or stiffness looks like something else: each is fitted
     changing = [place for place in data.places if place.relative and not place.is_stretch]
     steady = [ScoredLaw(Law((Term(place, Form("none")),)), 0.0, 0.0) for place in changing]
@@ -494,24 +489,17 @@ def search_law(
     *,
     pairs: bool = True,
     matters: Callable[[list[ScoredLaw]], bool] = lambda laws: True,
-    rival: Fit | None = None,
 ) -> SearchOutcome:
     """Search the law of what is missing beside a fit; something is missing.
 
     pairs: whether laws of two terms are tried; matters: whether laws would change what is decided; those that
-    would not if they explained LOOP and WITHIN more than in closed loop are not put into the march; rival: the fit in
-    whose place a law may stand, so that none is sought where the most that one may explain would not matter.
+    would not if they explained LOOP and WITHIN more than in closed loop are not put into the march.
     """
     if len(data.bench.samples.runs) < RUNS_OF_A_LAW:
         return SearchOutcome(data=data, latent_inputs=())
     tell("searching for a law of the rest")
-    ranked = None
-    if rival is not None:
-        ranked, most = most_in_place(replace(data, wide=True), rival)
-        if not (matters([most]) or pairs):
-            return SearchOutcome(data=data, latent_inputs=())
     latent_inputs = tuple(data.latent_inputs)
-    choice = choose_law(data, latent_inputs[0], pairs, ranked)
+    choice = choose_law(data, latent_inputs[0], pairs)
     outcome, enough = (
         SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice),
         DESCRIBED_BY_LAW * choice.possible,

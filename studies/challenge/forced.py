@@ -11,12 +11,7 @@ from functools import partial
 
 import belt_sim as bs
 from belt_sim.api.simulate import campaign_model
-from belt_sim.diagnosis.decide import POLICY, Decision, EvidenceTable, Policy, unknown_with_laws
-from belt_sim.diagnosis.fit import Fit
-from belt_sim.discovery import selection
-from belt_sim.discovery.law_search import law_evidence
-from belt_sim.discovery.linear_search import RankedLaws, ScoredLaw, most_in_place
-from belt_sim.discovery.search_data import SearchData
+from belt_sim.diagnosis.decide import Decision, EvidenceTable, Policy
 from belt_sim.errors import BeltError
 from belt_sim.jax_setup import prepare
 from studies.application import show_help
@@ -32,29 +27,18 @@ def every_search() -> Iterator[list[Asked]]:
     names = ("suspects_something_unknown", "could_change")
     rules, asked = {n: getattr(Decision, n) for n in names}, list[Asked]()
 
-    tables = list[EvidenceTable]()
-
     def search(decision: Decision, table: EvidenceTable, policy: Policy) -> bool:
         there = {b.ids for b in table.unknown}.intersection(decision.law_sets(table))
         bounds = {ids: decision.most_probable_unknown(table, ids, policy) for ids in there}
         asked.append((rules[names[0]](decision, table, policy), decision, bounds))
-        tables.append(table)
         return not decision.instead
-
-    def most(data: SearchData, rival: Fit) -> tuple[RankedLaws, ScoredLaw]:
-        ranked, best = most_in_place(data, rival)
-        ids, bounds = frozenset(data.fit.ids), asked[-1][2]
-        bounds[ids] = min(bounds[ids], unknown_with_laws(tables[-1], ids, [law_evidence(best)], POLICY))
-        return ranked, best
 
     made = (search, lambda *_, **__: True)
     for name, rule in zip(names, made, strict=True):
         setattr(Decision, name, rule)
-    selection.most_in_place = most
     try:
         yield asked
     finally:
-        selection.most_in_place = most_in_place
         for name, rule in rules.items():
             setattr(Decision, name, rule)
 

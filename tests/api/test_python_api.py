@@ -19,6 +19,10 @@ TAPER = {"id": "taper", "kappa_t": 2e-5}
 SHORT = {"travel": 5.0}
 
 
+class Own(bs.library()["taper"]):
+    """An effect without its decorator."""
+
+
 @pytest.fixture(scope="module")
 def case():
     return paper_case(10)
@@ -55,6 +59,11 @@ def test_importing_the_package_loads_nothing():
         (lambda file: bs.linearise(tension=[]), r"tension = \[\] N/mm2: give one"),
         (lambda file: bs.linearise(tension=[10, 10]), "give one, or at least two different ones"),
         (lambda file: bs.check_effect(file), r"defines no effect; docs/write_an_effect\.md"),
+        (
+            lambda file: bs.diagnose(campaign("sag_roll"), effects=[Own]),
+            "effects = Own: write @effect above the class Own",
+        ),
+        (lambda file: bs.simulate(effects=[Own(kappa_t=1e-5)]), "effects = Own: write @effect above the class Own"),
     ],
 )
 def test_an_argument_that_cannot_be_used_is_one_line(tmp_path, call, line):

@@ -14,7 +14,7 @@ from belt_sim.api import inference
 from belt_sim.api.plot import pictures_by_kind
 from belt_sim.diagnosis.decide import POLICY, log_evidence
 from belt_sim.diagnosis.workbench import workbench
-from belt_sim.discovery import law_search
+from belt_sim.discovery import law_search, search_data
 from belt_sim.discovery.law_search import LawSearch, unknown_evidence
 from belt_sim.discovery.search_data import search_data_of
 from belt_sim.discovery.selection import CloseLaw, search_law
@@ -94,6 +94,18 @@ def test_the_law_in_the_march_is_worth_more_than_what_is_seen_in_the_linear_rang
     assert law.law.gain > EXPLAINED * D**2
     assert fit.chi2 - law.fit.chi2 == pytest.approx(law.law.gain, rel=0.02)
     assert seen.tried > 1000.0  # it is the best of thousands
+
+
+def test_free_inputs_that_were_seen_are_not_sought_again(monkeypatch):
+    """Where there are many readings as well, and kinds of places are worked on one after the other."""
+    monkeypatch.setattr(search_data, "MANY_READINGS", 0)
+    bench, fit = fitted("yaw_creep")
+    search = LawSearch()
+    seen = search.evidence_of_unknown(bench, fit)
+    (data,) = search.begun.values()
+    monkeypatch.setattr(type(data), "latent_inputs_at", None)
+    best = max(c.gain for c in data.latent_inputs)
+    assert best == data.latent_inputs[0].gain == seen.courses.max()
 
 
 def test_a_law_that_predicts_worse_than_none_is_told_so():

@@ -1,15 +1,12 @@
 """Laws that the search has to think of, in readings that were made with them."""
 
 from dataclasses import replace
-from itertools import islice
 
 import numpy as np
 import pytest
 from small_discovery import at_few_places, surveyed
 
-from belt_sim.discovery import linear_search
 from belt_sim.discovery.closed_loop import fit_closed_loop
-from belt_sim.discovery.linear_search import most_in_place
 from belt_sim.discovery.search_data import SearchData
 from belt_sim.discovery.selection import choose_law, two_slope_laws
 from belt_sim.effects.law import Form, Law, Term
@@ -46,31 +43,6 @@ def test_the_simple_law_is_tried_elsewhere_too_where_one_of_two_terms_is_ahead()
     assert len(choice.best.law.terms) == 2
     laws = [s.law.terms[0] for s in choice.judged if len(s.law.terms) == 1]
     assert len({t.place.name for t in laws if t.family[1:] == ("beta", "linear", "decay")}) > 4
-
-
-def test_no_law_explains_more_in_the_place_of_an_effect_than_its_bound(monkeypatch):
-    """The effect does nearly what the law does that made the readings; one that turns a pulley does something else."""
-    whole = made_with(("turn_tail", Form("y"), 30.0))
-    data, g = at_few_places(whole, "turn_tail", "yaw_head", "torsion_both"), whole.projector
-    (column,) = data.columns(Law((term(data, "turn_tail", Form("beta")),)))
-    shared = np.concatenate([g.shared, column[None] / np.linalg.norm(column)])
-    gram = np.einsum("crm,drm->cd", shared, shared)
-    gram[:-1, :-1] = g.gram
-    monkeypatch.setattr(
-        linear_search, "projector_of", lambda *_: replace(g, shared=shared, gram=gram, inverse=np.linalg.inv(gram))
-    )
-    known = g.fit_sizes(column[None])[0]
-    assert 30.0 < known < 30.0**2
-    rival, together = replace(data.fit, chi2=data.fit.chi2 - known), {}
-    for name in ("turn_tail", "yaw_head", "torsion_both"):
-        own = at_few_places(data, name)
-        ranked, most = most_in_place(own, rival)
-        loops = [fit_closed_loop(own, s.law, g.fit_sizes(own.columns(s.law))[1]) for s in islice(ranked, 5)]
-        assert most.score >= max(loop.score for loop in loops)
-        together[name] = most.gain / (known + ranked.beside.max())
-    assert together["turn_tail"] > 0.95
-    assert together["yaw_head"] < 0.5
-    assert together["torsion_both"] == pytest.approx(1.0)  # a change of a span turns to anything
 
 
 def test_a_law_that_bends_is_sought_with_a_slope_on_either_side():
