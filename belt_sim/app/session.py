@@ -24,12 +24,11 @@ from belt_sim.api.simulate import campaign_model
 from belt_sim.campaign import Campaign, Suspicion, read_campaign, suspicions
 from belt_sim.campaign.folder import FILES
 from belt_sim.campaign.sheet import SHEET_FILE as SHEET
-from belt_sim.campaign.sheet import parse
-from belt_sim.campaign.types import CampaignError, Problem, quote
+from belt_sim.campaign.types import quote
 from belt_sim.diagnosis.examine import BOOTSTRAPS
 from belt_sim.errors import BeltError, InputError
 from belt_sim.importing import LoggedTables, Proposal, Question, read, understand, write
-from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, inner_mapping
+from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, inner_mapping, parse_mapping
 from belt_sim.io import write_text
 from belt_sim.model import BY_TENSION
 from belt_sim.show.terminal import AS_JSON
@@ -184,15 +183,6 @@ class Import:
             run[place[2]] = self.answers.get(place, run.get(place[2]))
 
 
-def read_mapping(name: str, data: bytes) -> dict[str, Any]:
-    """A dropped mapping.yaml as plain text values, without anchors and aliases; raises CampaignError."""
-    problems: list[Problem] = []
-    marked = parse(data.decode("utf-8-sig", errors="replace"), name, problems)
-    if marked is None or problems or not isinstance(marked.tree, dict):
-        raise CampaignError(problems[:1] or [Problem(file=name, remedy=f"must begin with schema: {MAPPING_SCHEMA}")])
-    return marked.tree
-
-
 def begin_import(paths: Sequence[Path], mapping: Mapping[str, Any] | None = None) -> Import:
     """Read the files; raises CampaignError, InputError."""
     base = dict(mapping or {})
@@ -315,7 +305,9 @@ class Session:
                 if tray.loggers:
                     folder = self.new_folder("import", tray.loggers)
                     paths = [folder / name for name in tray.loggers]
-                mapping = {} if tray.mapping is None else read_mapping(tray.mapping_name, tray.mapping)
+                mapping: Any = {}
+                if tray.mapping is not None:
+                    mapping = parse_mapping(tray.mapping.decode("utf-8-sig", errors="replace"), tray.mapping_name).tree
                 if paths:
                     self.importing = begin_import(paths, mapping)
                 else:

@@ -465,11 +465,6 @@ def _resolve(column: Column, taken: list[str]) -> Column:
     return replace(column, unit=unit, factor=scale, signal=signal)
 
 
-def rises(column: Column) -> bool:
-    """Whether the numbers of a column rise throughout, as time and travel do."""
-    return not column.is_text and len(column.values) > 10 and bool((np.diff(column.values) > 0).all())
-
-
 # ---- what the mapping must or may still say
 
 
@@ -494,7 +489,8 @@ def column_questions(used: list[LoggedTable]) -> tuple[list[Question], list[Ques
         roles, file = {c.role for c in table.columns}, table.file.name
         numbers = [c for c in table.columns if not c.is_text and c.role == "ignore"]
         if not roles & {"time", "travel"}:
-            first = next(iter((*filter(rises, numbers), *numbers)), None)
+            rising = [c for c in numbers if len(c.values) > 10 and (np.diff(c.values) > 0.0).all()]
+            first = next(iter((*rising, *numbers)), None)
             if first is None:
                 remedy = "no column holds numbers that could be time or travel; give the log as numbers"
                 raise refusal(table.file, remedy, name="columns", value=", ".join(c.name for c in table.columns))

@@ -192,9 +192,9 @@ def mapping_of(stated: Any) -> MappingEntry:
     """The mapping from plain data, a YAML file, or None; raises CampaignError naming line, key and remedy."""
     if stated is None or isinstance(stated, MappingEntry):
         return stated or MappingEntry()
-    file, problems = "mapping", list[Problem]()
+    file = "mapping"
     if isinstance(stated, AnyMapping):
-        marked: MarkedYaml | None = MarkedYaml(_as_text(stated))
+        marked = MarkedYaml(_as_text(stated))
     else:
         path, file = Path(stated), str(Path(stated))
         try:
@@ -205,11 +205,7 @@ def mapping_of(stated: Any) -> MappingEntry:
         except (OSError, ValueError) as error:
             cause = getattr(error, "strerror", None) or "not UTF-8 text"
             raise refusal(path, f"cannot be read ({cause}); name a YAML file, or leave mapping out") from None
-        marked = parse(text, file, problems)
-    if problems or marked is None:
-        raise CampaignError(problems)
-    if not isinstance(marked.tree, dict):
-        raise refusal(file, f"must be a mapping that begins with schema: {MAPPING_SCHEMA}", line=1)
+        marked = parse_mapping(text, file)
     try:
         return MappingEntry.model_validate(marked.tree)
     except ValidationError as error:
@@ -221,6 +217,17 @@ def mapping_of(stated: Any) -> MappingEntry:
     remedies = REMEDIES_BY_TYPE | _OWN_REMEDIES
     said = (validation_problem(d, path, marked, file, MappingEntry, remedies=remedies) for path, d in found.items())
     raise CampaignError([*said])
+
+
+def parse_mapping(text: str, file: str) -> MarkedYaml:
+    """A mapping of plain text values, with their lines; raises CampaignError for what is none."""
+    problems: list[Problem] = []
+    marked = parse(text, file, problems)
+    if problems or marked is None:
+        raise CampaignError(problems)
+    if not isinstance(marked.tree, dict):
+        raise refusal(file, f"must be a mapping that begins with schema: {MAPPING_SCHEMA}", line=1)
+    return marked
 
 
 def _as_text(value: Any) -> Any:

@@ -8,7 +8,6 @@ count, and a fault acts at zero yaw as well.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -284,12 +283,8 @@ or let `belt-sim import` write a campaign from the logger's files.
 """
 
 
-@dataclass(frozen=True)
-class PlannedRun:
-    """One run and what it is good for."""
-
-    run: Run
-    good_for: str
+#: a run and what it is good for
+PlannedRun = tuple[Run, str]
 
 
 def travel_for(rig: Rig) -> float:
@@ -355,7 +350,7 @@ def plan_for(
     found = []
     for k, (words, tension, angle, more) in enumerate(rows, start=1):
         settings = {"tension": tension * N_PER_MM2, "yaw": angle * DEGREE, "speed": speed} | more
-        found.append(PlannedRun(Run(name=f"r{k:02d}", **settings), words))
+        found.append((Run(name=f"r{k:02d}", **settings), words))
     return found
 
 
@@ -365,10 +360,16 @@ PLAN_COLUMNS = ("run", "N/mm2", "yaw deg", "m/s", "direction", "good for")
 def plan_rows(planned: Sequence[PlannedRun]) -> list[tuple[str, ...]]:
     """The plan as rows of PLAN_COLUMNS."""
     return [
-        (p.run.name, f"{p.run.tension / N_PER_MM2:g}", f"{p.run.yaw / DEGREE:+.3g}", f"{p.run.speed:g}",
-         f"{p.run.direction:+.0f}", p.good_for)
-        for p in planned
-    ]  # fmt: skip
+        (
+            r.name,
+            f"{r.tension / N_PER_MM2:g}",
+            f"{r.yaw / DEGREE:+.3g}",
+            f"{r.speed:g}",
+            f"{r.direction:+.0f}",
+            good_for,
+        )
+        for r, good_for in planned
+    ]
 
 
 # ---- the folder
@@ -397,10 +398,10 @@ def template(
         belt=belt_sheet,
         signals=tuple(signals),
         settings=SettingsSheet(tension_rel=TENSION_REL, yaw_u=YAW_U),
-        runs=tuple(p.run for p in planned),
+        runs=tuple(run for run, _ in planned),
     )
     rows = [PLAN_COLUMNS, ("---",) * len(PLAN_COLUMNS), *plan_rows(planned)]
-    most = max(abs(p.run.yaw) for p in planned if p.run.yaw) / 2.0
+    most = max(abs(run.yaw) for run, _ in planned) / 2.0
     plan = _PLAN.format(
         travel=f"{travel:g}",
         drift=f"{DRIFT_PER_YAW * most * travel / MM:.2g} mm",

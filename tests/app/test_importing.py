@@ -8,9 +8,10 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
-from belt_sim.app.session import begin_import, read_mapping
+from belt_sim.app.session import begin_import
 from belt_sim.campaign import CampaignError, read_campaign
 from belt_sim.importing import write
+from belt_sim.importing.mapping import parse_mapping
 
 MACHINE = {("machine",): "test_rig", ("belt",): "paper_belt"}
 
@@ -102,5 +103,5 @@ def test_a_machine_by_its_name_needs_no_numbers(logged):
 @pytest.mark.parametrize("data", [b"&a [*a]", b"- 1", b"a: &x 1\nb: *x", b"\x00"])
 def test_a_mapping_that_is_none_is_one_line(data):
     with pytest.raises(CampaignError) as caught:
-        read_mapping("mapping.yaml", data)
+        parse_mapping(data.decode(errors="replace"), "mapping.yaml")
     assert "\n" not in str(caught.value)
