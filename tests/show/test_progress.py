@@ -74,16 +74,6 @@ def test_where_the_search_for_a_law_begins_the_end_is_estimated_anew(begins, end
     assert float(told) == pytest.approx(ends, rel=0.3)
 
 
-def test_where_little_was_to_be_fitted_little_is_to_come(monkeypatch):
-    console, now = Console(file=io.StringIO(), force_terminal=False, width=120), 0.0
-    monkeypatch.setattr("time.monotonic", lambda: now)
-    with progress(1.0, "diagnosing", console, timed=False) as done:
-        tell = in_stages(done)
-        for now, stage in ((4.0, PREPARING), (24.0, FITTING), (24.5, BEYOND_CATALOGUE)):  # noqa: B007
-            tell(0, stage)
-    assert console.file.getvalue().splitlines()[-1].endswith("24 s gone of about 41 s, longer if a law is sought")
-
-
 def test_a_slow_first_stage_does_not_make_all_others_slow(monkeypatch):
     """47 s until an effect of one's own was loaded; the whole took 75 s."""
     console, now = Console(file=io.StringIO(), force_terminal=False, width=120), 0.0
