@@ -200,13 +200,11 @@ def chain_forces(
 ) -> tuple[Array, Array]:
     """Elastic forces on all nodes of the chain [N], (3 m, n), and those of the spans' stretch on the outermost stations
     held, by pulley and end (2, 2, 3 m); twist: of ``twist_of_cells``."""
-    size = 3 * len(nodes)
-    cell = stretch_energy(belt.ties, belt.shape.bonds, nodes, places.stations, share).slope
-    on_nodes = -cell[:size] - jnp.roll(cell[size:], 1, axis=-1)
+    cell = stretch_energy(belt.ties, belt.shape.bonds, nodes, places.stations, share)
+    on_nodes, size = cell.forces, 3 * len(nodes)
     if len(nodes) > 1:
-        couples = twist_energy(nodes, twist, belt.twist.cubic).slope
-        on_nodes += -(couples[:size] + jnp.roll(couples[size:], 1, axis=-1))
-    first, last = cell[size:, places.ends[:, FIRST] - 1], cell[:size, places.ends[:, LAST]]
+        on_nodes += twist_energy(nodes, twist, belt.twist.cubic).forces
+    first, last = cell.slope[size:, places.ends[:, FIRST] - 1], cell.slope[:size, places.ends[:, LAST]]
     return on_nodes, -jnp.stack([first, last]).transpose(2, 0, 1)
 
 
@@ -229,10 +227,10 @@ def factorise_chain(
 
 def pull_on_nodes(belt: BeltArrays, nodes: Array, share: Array) -> Array:
     """Forces of belt and weight [N] on nodes at ``nodes`` [m], both (m, 3, n) by stations' numbers."""
-    size, stations = 3 * len(nodes), jnp.arange(nodes.shape[-1])
-    cell = stretch_energy(belt.ties, belt.shape.bonds, nodes, stations, share).slope
-    pull = -(cell[:size] + jnp.roll(cell[size:], 1, axis=-1)).reshape(nodes.shape)
-    return pull - (belt.mass * belt.gravity)[:, None, None] * np.array([[0.0], [0.0], [1.0]])
+    cell = stretch_energy(belt.ties, belt.shape.bonds, nodes, jnp.arange(nodes.shape[-1]), share)
+    return cell.forces.reshape(nodes.shape) - (belt.mass * belt.gravity)[:, None, None] * np.array(
+        [[0.0], [0.0], [1.0]]
+    )
 
 
 def twist_of_cells(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayout, tension: Array) -> Array:
@@ -281,18 +279,27 @@ class RopeKinks(NamedTuple):
     offset: Array
 
 
-def hold_run_up_end(pulley: BeltOnPulley, kink: RopeKinks, sign: int) -> tuple[WrapArrays, RopeKinks]:
-    """Before a step: the span's end stays at the tangent point while the pulley at its run-up is yawed."""
-    wrap, pose = pulley.wrap, pulley.pose
+def hold_run_up_ends(
+    pulleys: BeltOnPulley, kinks: RopeKinks | None, sign: int
+) -> tuple[BeltOnPulley, RopeKinks | None]:
+    """Before a step: a limp span's end stays at the tangent point while the pulley at its run-up is yawed."""
+    if kinks is None:
+        return pulleys, None
     end = run_up_end(sign)
-    outer, yaw = wrap.outer(end), jnp.arctan2(-pose.axes[0, 1], pose.axes[1, 1])
-    inside = on_pulley.outer_depth(pulley, end)
-    ahead = -OUTWARDS[end] * inside * jnp.cos(wrap.tangent[end])  # along x
-    taken = (yaw - kink.yaw) * ahead
-    offset = jnp.where(outer == kink.station, kink.offset, 0.0) + jnp.where(inside < 0.0, 0.0, taken)
-    k = outer % wrap.y.shape[-1]
-    wrap = wrap._replace(y=wrap.y.at[:, k].add(jnp.where(inside < 0.0, -taken, 0.0)))
-    return wrap, RopeKinks(outer, yaw, offset)
+
+    def hold(pulley: BeltOnPulley, kink: RopeKinks) -> tuple[WrapArrays, RopeKinks]:
+        wrap, pose = pulley.wrap, pulley.pose
+        outer, yaw = wrap.outer(end), jnp.arctan2(-pose.axes[0, 1], pose.axes[1, 1])
+        inside = on_pulley.outer_depth(pulley, end)
+        ahead = -OUTWARDS[end] * inside * jnp.cos(wrap.tangent[end])  # along x
+        taken = (yaw - kink.yaw) * ahead
+        offset = jnp.where(outer == kink.station, kink.offset, 0.0) + jnp.where(inside < 0.0, 0.0, taken)
+        k = outer % wrap.y.shape[-1]
+        wrap = wrap._replace(y=wrap.y.at[:, k].add(jnp.where(inside < 0.0, -taken, 0.0)))
+        return wrap, RopeKinks(outer, yaw, offset)
+
+    wraps, kinks = jax.vmap(hold)(pulleys, kinks)
+    return pulleys._replace(wrap=wraps), kinks
 
 
 def run_off_line(

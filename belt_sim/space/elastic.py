@@ -42,6 +42,12 @@ class CellEnergy(NamedTuple):
     slope: Array
     curvature: Array | None
 
+    @property
+    def forces(self) -> Array:
+        """Forces on the nodes [N], (3 m, n), station by station."""
+        size = len(self.slope) // 2
+        return -(self.slope[:size] + jnp.roll(self.slope[size:], 1, axis=-1))
+
 
 def stretch_energy(
     ties: Ties, bonds: bool, places: Array, stations: Array, share: Array, *, taut: Array | None = None

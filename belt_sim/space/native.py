@@ -89,17 +89,13 @@ def hold_belt(fixed: Fixed, was: Carried, at: Instant, joints: Array, nodes: Arr
     pulleys = pulleys._replace(pose=chain.pose_of(belt, command, tail, turned, smoothstep(time / fixed.wobbled)))
     moved = jnp.abs(pulleys.pose.spin - before.spin) * belt.surfaces.radius
     pulleys = wrap.sink_wraps(belt, pulleys, before, moved, shaped, (speed == 0.0) & (command.travel >= 0.0))
-    if kinks is not None:
-        wraps, kinks = jax.vmap(partial(chain.hold_run_up_end, sign=sign))(pulleys, kinks)
-        pulleys = pulleys._replace(wrap=wraps)
+    pulleys, kinks = chain.hold_run_up_ends(pulleys, kinks, sign)
     places = chain.cut_chain(pulleys.wrap)
     led, anchors = nodes[..., places.stations], chain.anchor_positions(belt, pulleys, places)
     forces = jnp.zeros_like(led)
     if len(nodes) > 1:
-        tension, size = jnp.maximum(-0.5 * was.loads[TAIL, 0], 0.0), 3 * len(nodes)
-        twist = chain.twist_of_cells(belt, pulleys, places, tension)
-        couples = twist_energy(led, twist, belt.twist.cubic).slope
-        forces += -(couples[:size] + jnp.roll(couples[size:], 1, axis=-1)).reshape(led.shape)
+        twist = chain.twist_of_cells(belt, pulleys, places, jnp.maximum(-0.5 * was.loads[TAIL, 0], 0.0))
+        forces += twist_energy(led, twist, belt.twist.cubic).forces.reshape(led.shape)
     if belt.loads is not None:
         forces += command.share * load_forces(belt, led)
     if kinks is not None:

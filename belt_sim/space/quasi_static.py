@@ -175,10 +175,8 @@ def travel_step(belt: BeltArrays, state: TravelState, command: run.Command) -> T
     tail = jnp.stack([state.pulleys.pose.centre[TAIL, 0], spin])
     pose = chain.pose_of(belt, command, tail, state.compliance_yaw)
     pulleys = state.pulleys._replace(surface=belt.surfaces, pose=pose)
-    kinks, before = state.kinks, state.pulleys.pose
-    if kinks is not None:
-        wraps, kinks = jax.vmap(partial(chain.hold_run_up_end, sign=sign))(pulleys, kinks)
-        pulleys = pulleys._replace(wrap=wraps)
+    pulleys, kinks = chain.hold_run_up_ends(pulleys, state.kinks, sign)
+    before = state.pulleys.pose
     rests = (moved == 0.0) & (state.travel >= 0.0)
     pulleys = wrap.sink_wraps(belt, pulleys, before, moved, shaped, rests)
     places = chain.cut_chain(pulleys.wrap)

@@ -67,6 +67,13 @@ class YawPlan:
                 found[..., which] += change * part
         return found
 
+    def turn(self, stop: float, done: float, part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Yaw [rad], (k, 2), while the step at ``stop`` [m] is made by ``part`` [1], (k,), after those up to ``done``;
+        and the share [1], (k,), of what sets in at travel 0."""
+        before = self.angles(stop, done)
+        share = np.ones_like(part) if done >= 0.0 else part if stop >= 0.0 else np.zeros_like(part)
+        return before + part[:, None] * (self.angles(stop, stop) - before), share
+
 
 def plan_in_time(scene: SceneLayout, end: float) -> tuple[Command, int]:
     """The commands of all steps of a run over ``end`` [m] of travel, and how many of them come before the run-in.
@@ -96,12 +103,8 @@ def plan_in_time(scene: SceneLayout, end: float) -> tuple[Command, int]:
             break
         travel, speed = stop, 0.0
         passed = options.step * np.arange(1, math.ceil((options.yaw_time + 0.5 * options.settle) / options.step - 1e-9))
-        part = smoothstep(passed / options.yaw_time)
-        share = np.ones_like(part) if done >= 0.0 else part if stop >= 0.0 else np.zeros_like(part)
-        there = np.full(len(part), stop)
-        before = plan.angles(stop, done)  # of the step at this travel
-        turned = before + part[:, None] * (plan.angles(stop, stop) - before)
-        add(there, turned, share, 0.0, 0.0, drag, parts.friction)
+        turned, share = plan.turn(stop, done, smoothstep(passed / options.yaw_time))
+        add(np.full(len(share), stop), turned, share, 0.0, 0.0, drag, parts.friction)
         done = stop
     return Command(*(np.concatenate(column) for column in zip(*rows, strict=True))), resting
 
@@ -153,10 +156,7 @@ def plan_in_travel(settings: Settings, options: Options, travel: float, changes:
             add(np.zeros(steps), yaw.angles(np.zeros(steps), -math.inf), 0.0, True)
         if 0.0 < stop < math.inf or (stop == 0.0 and (changes or 0.0 in yaw.stops(travel))):
             part = smoothstep((np.arange((_TURNING + 2) * steps) + 1.0) / (_TURNING * steps))
-            share = np.ones_like(part) if done >= 0.0 else part
-            before = yaw.angles(stop, done)  # of the step at this travel
-            turned = before + part[:, None] * (yaw.angles(stop, stop) - before)
-            add(np.full(len(part), stop), turned, share, False)
+            add(np.full(len(part), stop), *yaw.turn(stop, done, part), False)
             done = stop
         here = stop
     columns = (np.concatenate(column) for column in zip(*pieces, strict=True))

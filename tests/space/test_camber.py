@@ -21,12 +21,12 @@ AT_REST = 1e-5  # of the deflection: what 15 s leave of its motion
 LENGTHS = 1e-12  # of a chord: rounding
 MOMENT = 0.01  # two links at a span's end
 TILT = 0.1  # of the strip law's: landings shake a span that hardly resists tilting
-NEAR = 0.03  # of y: dx = 25 mm stands for a span longer by dx
+NEAR = 0.03  # of y: dx = 40 mm stands for a span longer by dx
 MIRRORED = 0.01  # triangles lean to one side
 SHORT_AND_WIDE = 0.2  # at 10 N/mm2 the edges of a 2 m span sag unlike by 4 %, and the two spans differ by 15 %
 KAPPA = 1e-3  # [1/m]: +-19 N/mm2 at the edges, under a tension of 60
 WELD = Weld(angle=1e-3, at=1.0)
-FINE = Options(dt=2e-3, run_in=0.2, settle=0.3, acceleration=2.0)
+FINE = Options(dx=0.04, dt=2e-3, run_in=0.2, settle=0.3, acceleration=2.0)
 FLEX = SpaceModel(options=FINE)
 CASE = paper_case(60, 0.0, ROPE_EXAMPLE)
 

@@ -11,9 +11,9 @@ from belt_sim.space import Options
 from belt_sim.space.model import SpaceModel
 from studies.paper.case import ROPE_EXAMPLE
 
-NEAR = 0.02  # of y: dx = 25 mm stands for a span longer by dx
+NEAR = 0.02  # of y: dx = 40 mm stands for a span longer by dx
 MIRRORED = 0.01  # of y: triangles lean to one side
-FINE = Options(dt=2e-3, run_in=0.2, settle=0.3, acceleration=2.0)
+FINE = Options(dx=0.04, dt=2e-3, run_in=0.2, settle=0.3, acceleration=2.0)
 GUIDE = EdgeGuide(stiffness=1e6, gap=1e-4, at=0.8)
 NEARER = EdgeGuide(stiffness=1e6, gap=3e-5, at=0.8)  # touched sooner
 CASE = paper_case(60, -YAW, ROPE_EXAMPLE)

@@ -118,7 +118,7 @@ def test_one_compiled_scene_serves_every_case_of_its_mesh():
 
 
 def test_mjx_still_asks_for_all_coordinates_once_a_body(compiled, monkeypatch):
-    """When this fails, MJX no longer needs the memory of mjx_interface._once_a_model: take it out."""
+    """When this fails, MJX no longer needs the memory of belt_sim.space.mjx._once_a_model: take it out."""
     asked = []
 
     def counted(m):
