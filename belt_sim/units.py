@@ -144,21 +144,21 @@ def scaled_unit(text: str) -> tuple[float, str] | None:
     return (scale, str(unit)) if 0.0 < scale < 1e12 else None
 
 
-def split_unit(header: str) -> tuple[str, str | None]:
-    """A column's name without its unit, and the unit: ``Kante vorn [mm]``, ``travel_m``, ``Weg in m``."""
+def split_units(header: str) -> tuple[str, tuple[str, ...]]:
+    """A column's name without its units, and these: ``Kante vorn [mm]``, ``travel_m``, ``Weg in m``; a remark in
+    brackets may look like one, as in ``Kante (h) [mm]``."""
     header = header[:1000]
-    for bracket in _BRACKET.finditer(header):
-        unit = unit_named(bracket.group(1))
-        if unit:
-            return (header[: bracket.start()] + header[bracket.end() :]).strip(), unit
+    if named := {b.group(): unit for b in _BRACKET.finditer(header) if (unit := unit_named(b.group(1)))}:
+        name = _BRACKET.sub(lambda bracket: "" if bracket.group() in named else bracket.group(), header)
+        return name.strip(), tuple(named.values())
     for known in sorted((s for s in SPELLINGS if "_" in s), key=len, reverse=True):
         if header.lower().endswith("_" + known):
-            return header[: -len(known) - 1], SPELLINGS[known]
+            return header[: -len(known) - 1], (SPELLINGS[known],)
     tail = _TAIL.search(header)
     unit = unit_named(tail.group("unit")) if tail else None
     if tail and unit and unit != "1" and tail.group().strip() != "in":  # as in "Sensor in"
-        return header[: tail.start()].strip(), unit
-    return header.strip(), None
+        return header[: tail.start()].strip(), (unit,)
+    return header.strip(), ()
 
 
 def unit_of(text: str, dimensions: tuple[str, ...], name: str) -> str:

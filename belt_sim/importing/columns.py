@@ -18,7 +18,7 @@ from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, CampaignError, di
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import DAY, ROLES, ColumnEntry, MappingEntry, Question, ask, texts_of
 from belt_sim.settings import SIGNAL_DIMENSION
-from belt_sim.units import NAMES, OTHER, UNITS, quantity, scaled_unit, split_unit, unit_of
+from belt_sim.units import NAMES, OTHER, UNITS, quantity, scaled_unit, split_units, unit_of
 
 #: dimension -> unit that a question proposes, and in which a signal is written
 USUAL_UNITS = {"length": "mm", "angle": "mrad", "time": "s", "speed": "m/s", "stress": "N/mm2", "number": "1"}
@@ -69,7 +69,7 @@ class Column:
     name, values: its header; numbers (n,), nan where blank, or texts (object dtype). stamp: whether they were dates or
     times of day, zone: theirs; asked: key of ``format`` that settles which of the readings (answer -> values) holds, ""
     where there is one; first_cell: as it stands in the file; open_use: columns of one role of which nobody knows which
-    is meant; stated_unit: what the file states as the unit, known or not; is_lost: whether it has texts where its name
+    is meant; stated_units: what the file states as its unit, known or not; is_lost: whether it has texts where its name
     and unit tell of numbers; proposed_by: where the proposal comes from. role, unit, at: as proposed ("": not known),
     after ``resolve_columns`` as used; factor: to SI, sign included; signal: its name in the campaign.
     """
@@ -82,7 +82,7 @@ class Column:
     readings: Mapping[str, np.ndarray] = field(default_factory=dict)
     first_cell: str = ""
     open_use: tuple[str, ...] = ()
-    stated_unit: str = ""
+    stated_units: tuple[str, ...] = ()
     is_lost: bool = False
     proposed_by: str = ""
     role: str = ""
@@ -130,17 +130,26 @@ class Column:
     def dimensions(self) -> tuple[str, ...]:
         """Dimensions that its unit may have, by its place or its role."""
         kind = kind_at(self.at)
-        return (SIGNAL_DIMENSION[kind],) if kind else ROLES[self.role]
+        return (SIGNAL_DIMENSION[kind],) if kind else ROLES.get(self.role, ())
+
+    def stated_units_of(self, *dimensions: str) -> list[str]:
+        """Units of these dimensions that the file states, no two alike."""
+        known = {UNITS[u]: u for u in self.stated_units if u in UNITS}
+        return [unit for (dimension, _), unit in known.items() if dimension in dimensions]
 
     @property
-    def states_length(self) -> bool:
-        """Whether the file states a unit of length."""
-        return UNITS.get(self.stated_unit, ("",))[0] == "length"
+    def stated_unit(self) -> str:
+        """The unit that the file states: the only one that goes with its place or role, else all that it states."""
+        fitting = self.stated_units_of(*self.dimensions)
+        return fitting[0] if len(fitting) == 1 else " and ".join(dict.fromkeys(self.stated_units))
 
     @property
-    def is_stroke(self) -> bool:
-        """Whether it is a yaw that was read as the stroke of a cylinder."""
-        return self.role in ("yaw", "yaw_head") and self.entry.unit is None and self.states_length
+    def stroke_unit(self) -> str:
+        """The unit of length of a yaw that was read as the stroke of a cylinder; "" where it was not."""
+        if self.role not in ("yaw", "yaw_head") or self.entry.unit or self.stated_units_of("angle"):
+            return ""
+        lengths = self.stated_units_of("length")
+        return lengths[0] if len(lengths) == 1 else ""
 
     @property
     def labels(self) -> list[str]:
@@ -219,21 +228,20 @@ def plain(name: str) -> str:
     return " ".join(re.sub(r"[^a-z0-9]+", " ", name).split())
 
 
-def role_named(name: str) -> str:
-    """The role that a column's name speaks of; "" where it says nothing."""
+def roles_named(name: str) -> list[str]:
+    """The roles that a column's name speaks of, the clearest first."""
     words = plain(name)
     rate = _RATE.match(words)
     if rate:
-        return f"rate{rate.group(1) or 1}"
-    if _NUMBERED.match(words) or re.fullmatch(r"y[ _]?[a-z1-9]?", words):
-        return "signal"
+        return [f"rate{rate.group(1) or 1}"]
     spoken = {
         known: role
         for role, names in texts_of(SYNONYMS_FILE)["roles"].items()
         for known in names
         if _speaks_of(words, known)
     }
-    return spoken[max(spoken, key=len)] if spoken else ""
+    first = ["signal"] if _NUMBERED.match(words) or re.fullmatch(r"y[ _]?[a-z1-9]?", words) else []
+    return list(dict.fromkeys(first + [spoken[known] for known in sorted(spoken, key=len, reverse=True)]))
 
 
 def _remarks(name: str, part: str) -> bool:
@@ -300,40 +308,50 @@ def propose_roles(table: LoggedTable) -> LoggedTable:
 
 
 def _propose(column: Column, header: str) -> Column:
-    """Role by the name and the unit of its header. Words are names of runs, or directions (1 and -1 of forward and
-    reverse, nan where blank), or of no use."""
-    name, unit = split_unit(header)
-    unit = column.unit or unit or ""
+    """Role by the name of its header: of those that it speaks of the first that has a unit which the file states, else
+    the first; by the unit only where the name speaks of none. Words are names of runs, or directions (1 and -1 of
+    forward and reverse, nan where blank), or of no use."""
+    name, units = split_units(header)
     # what stands in the place of a unit, as [V], (kgf) or in furlongs
     known = [names for group in ("roles", "places", "remarks") for names in texts_of(SYNONYMS_FILE)[group].values()]
-    for found in _STATED.finditer(header) if not unit else ():
+    for found in _STATED.finditer(header) if not (units or column.unit) else ():
         text = next(part for part in found.groups() if part)
         spoken = any(_speaks_of(plain(text), word) for names in known for word in names if len(word) > 1)
         if re.search(r"[^\W\d_]|[%‰°]", text) and not spoken:
-            unit = text
+            name, units = header[: found.start()] + header[found.end() :], (text,)
             break
-    column, unit = replace(column, unit="", stated_unit=unit), unit if unit in UNITS else ""
-    role = role_named(name)
+    if column.unit:  # a row of units holds no remarks as headers do
+        kind = UNITS.get(column.unit, ("",))[0]
+        units = (*(u for u in units if UNITS[u][0] == kind and not column.stamp), column.unit)
+    column, kinds = replace(column, unit="", stated_units=units), {UNITS[u][0] for u in units if u in UNITS}
+    named = roles_named(name)
+    role = named[0] if named else ""
     if column.is_text:
         said, words = texts_of(SYNONYMS_FILE)["directions"], [plain(v) for v in column.values]
         signs = {"": np.nan} | dict.fromkeys(said["forward"], 1.0) | dict.fromkeys(said["reverse"], -1.0)
         if role == "direction" and any(words) and signs.keys() >= {*words}:
             values, why = np.array([signs[w] for w in words]), "its name and words"
             return replace(column, values=values, role=role, unit="1", proposed_by=why)
-        is_lost = bool(role) and ROLES[role] != () and unit in UNITS
+        is_lost = bool(role) and ROLES[role] != () and bool(kinds)
         why = f"text, though its name and unit say {role}" if is_lost else "text"
         return replace(column, role="run" if role == "run" else "ignore", unit="", is_lost=is_lost, proposed_by=why)
     if not len(column.numbers):
         return replace(column, role="ignore", unit="", proposed_by="holds no numbers")
-    why = f"its name; its unit {column.stated_unit} is not known" if column.stated_unit and not unit else "its name"
-    if unit and (not role or (ROLES[role] and UNITS[unit][0] not in ROLES[role])):
-        dimension, why = UNITS[unit][0], "its unit"
-        stroke = role in ("yaw", "yaw_head") and dimension == "length" and not place_named(name)
-        if stroke and not any(_speaks_of(plain(name), known) for known in texts_of(SYNONYMS_FILE)["roles"]["signal"]):
-            return replace(column, role=role, proposed_by=f"its name; a yaw in {unit} needs its lever")
-        role = "signal" if dimension == "length" and place_named(name) else BY_DIMENSION.get(dimension, "")
-    at = place_named(name) if role == "signal" else ""
-    return replace(column, role=role, unit=unit, at=at, proposed_by=why if role else UNKNOWN)
+    place, why = place_named(name), "its name"
+    may_be = [*named, *(["signal"] if place and "length" in kinds else [])]
+    is_stroke = role in ("yaw", "yaw_head") and kinds == {"length"} and "signal" not in may_be
+    if not is_stroke:
+        role = next((r for r in may_be if not kinds.isdisjoint(ROLES[r])), role)
+    if not role and len(kinds) == 1:
+        role, why = BY_DIMENSION.get(next(iter(kinds)), ""), "its unit"
+    column = replace(column, role=role, at=place if role == "signal" else "")
+    stated = column.stated_unit
+    unit = stated if UNITS.get(stated, ("",))[0] in column.dimensions else ""
+    if is_stroke:
+        why = f"its name; a yaw in {stated} needs its lever"
+    elif stated and column.dimensions and not unit:
+        why = f"its name; its unit {stated} is not clear" if kinds else f"its name; its unit {stated} is not known"
+    return replace(column, unit=unit, proposed_by=why if role else UNKNOWN)
 
 
 def wind_on(seconds: np.ndarray) -> tuple[np.ndarray, list[str]]:
@@ -437,12 +455,13 @@ def _resolve(column: Column, taken: list[str]) -> Column:
         raise InputError(f"{where}.at", at, "", f"{did_you_mean(at, PLACES)}, or {ELSEWHERE_EXAMPLE}")
     if column.is_text and role not in ("run", "ignore"):
         raise InputError(f"{where}.role", role, "", "holds text and can only be run or ignore")
-    column, stated = replace(column, role=role, at=at), column.stated_unit
+    column = replace(column, role=role, at=at)
+    stated = column.stated_unit
     if not (kinds := column.dimensions):
         return replace(column, unit="", asked="")
     own, unit = (scaled_unit(entry.unit) if entry.unit else None) or (1.0, entry.unit)
-    if column.is_stroke:
-        own, unit = UNITS[stated][1], "rad"  # after entry.factor, 1/lever
+    if column.stroke_unit:
+        own, unit = UNITS[column.stroke_unit][1], "rad"  # after entry.factor, 1/lever
     if unit is not None:
         unit = unit_of(unit, kinds, f"{where}.unit")
     elif stated and UNITS.get(stated, ("",))[0] in kinds:
@@ -495,7 +514,7 @@ def column_questions(used: list[LoggedTable]) -> tuple[list[Question], list[Ques
                 remedy = "no column holds numbers that could be time or travel; give the log as numbers"
                 raise refusal(table.file, remedy, name="columns", value=", ".join(c.name for c in table.columns))
             numbers = [c for c in numbers if c.name != first.name]
-            likelier_first = ("travel", "time") if first.states_length else ("time", "travel")
+            likelier_first = ("travel", "time") if first.stated_units_of("length") else ("time", "travel")
             found.append(ask("time_or_travel", likelier_first, name=first.name, file=file))
         if "signal" not in roles and numbers:
             found.append(ask("signal", name=numbers[0].name, file=file))
@@ -538,7 +557,7 @@ def _open_questions(column: Column, table: LoggedTable) -> Iterator[Question]:
     remark = _SIGN.search(column.name)
     if remark and column.role in ("signal", "yaw", "yaw_head") and "sign" not in entry.model_fields_set:
         yield ask("sign", remark=remark.group().strip(" ()[],;"), **words)
-    if column.is_stroke and "factor" not in entry.model_fields_set:
+    if column.stroke_unit and "factor" not in entry.model_fields_set:
         yield ask("lever", **words)
     if column.open_use:
         shown = "; ".join(f"{c.name}: {span_of(c)}" for c in table.columns if c.name in column.open_use)
@@ -555,6 +574,8 @@ def _open_questions(column: Column, table: LoggedTable) -> Iterator[Question]:
         scaled = scaled_unit(stated) if stated else None
         if scaled and UNITS[scaled[1]][0] in kinds:
             yield ask("unit_or_step", (stated, scaled[1]), unit=scaled[1], **words)
+        elif len(fitting := column.stated_units_of(*kinds)) > 1:
+            yield ask("unit_of_several", fitting, **words)
         elif stated:
             yield ask("unit_unknown", units, usual, kinds=" or ".join(kinds), **words)
         else:

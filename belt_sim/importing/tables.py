@@ -24,7 +24,7 @@ import pandas as pd
 
 from belt_sim.campaign.types import refusal, shortlist
 from belt_sim.errors import BeltError, InputError
-from belt_sim.importing.columns import Column, LoggedTable, LoggedTables, Note, propose_roles, role_named
+from belt_sim.importing.columns import Column, LoggedTable, LoggedTables, Note, propose_roles, roles_named
 from belt_sim.importing.mapping import zone_seconds
 from belt_sim.units import OTHER, plain_minus, readings_of, unit_named
 
@@ -375,7 +375,7 @@ def _head(above: Sequence[Sequence[str]], width: int) -> tuple[int, tuple[str, .
         row, before = above[filled[-1]], above[filled[-2]]
         cells = [c for c in row if c.strip()]
         known = sum(unit_named(c) is not None for c in cells)
-        named, spoken = (sum(len(c.strip()) > 1 and role_named(c) != "" for c in some) for some in (before, row))
+        named, spoken = (sum(len(c.strip()) > 1 and roles_named(c) != [] for c in some) for some in (before, row))
         most = known >= 0.5 * len(cells) or (known > 0 and len(before) == len(row) and named > spoken)
         if most and all(len(c.strip()) < 12 for c in cells):
             filled.pop()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from belt_sim.errors import InputError
 from belt_sim.settings import BELT, BOUNDS, check_range
-from belt_sim.units import NAMES, SPELLINGS, UNITS, number_of, quantity, scaled_unit, split_unit, unit_named, unit_of
+from belt_sim.units import NAMES, SPELLINGS, UNITS, number_of, quantity, scaled_unit, split_units, unit_named, unit_of
 
 ROUNDING = 1e-12  # relative: a product or two in float64
 NUMBERS = st.floats(min_value=-1e6, max_value=1e6).filter(lambda x: x == 0 or abs(x) > 1e-6)
@@ -65,8 +65,9 @@ def test_a_spelling_changes_no_value(value, spelling):
 )
 def test_a_header_is_a_name_and_a_unit(name, unit):
     for header in (f"{name} [{unit}]", f"{name} ({unit})", f"{name} in {unit}"):
-        assert split_unit(header) == (name, unit)
-    assert split_unit(name) == (name, None)
+        assert split_units(header) == (name, (unit,))
+    assert split_units(f"{name} (d) [{unit}]") == (name, ("d", unit))
+    assert split_units(name) == (name, ())
 
 
 @given(unit=st.sampled_from(NAMES), kind=st.sampled_from(sorted({kind for kind, _ in UNITS.values()})))
