@@ -27,7 +27,8 @@ def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(tmp_path, monkeypa
 
     monkeypatch.setattr(ProgressObserver, "frame", frame)
     settings = ("rig=rope_example", "model=mujoco_rope", "tension=40", "travel=0.1", "pictures=false")
-    run_command(["simulate", *settings, f"hydra.run.dir={tmp_path}"])
+    brief = ("model.run_in=0.1", "model.settle=0.2")  # [m], [s]
+    run_command(["simulate", *settings, *brief, f"hydra.run.dir={tmp_path}"])
     assert (tmp_path / cases.PARTIAL).is_file() == (end is not None)
     if end:
         assert 0.0 < pd.read_csv(tmp_path / cases.PARTIAL)["travel_m"].iloc[-1] < 0.1
