@@ -24,7 +24,7 @@ from belt_sim.importing.columns import (
 from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, MappingEntry, Question, ask, flow_text, mapping_of
 from belt_sim.importing.runs import RANGES, TIME_COLUMN, AssembledRun, FoundRuns, Section, find_runs, runs_on_one_grid
 from belt_sim.importing.sheets import NoiseRead, machine_and_belt, settings_of, sheet_text, signals_of
-from belt_sim.units import MM, N_PER_MM2, NAMES, UNITS
+from belt_sim.units import MM, N_PER_MM2, NAMES, UNITS, readings_of
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,6 +122,8 @@ REVOLUTIONS, PART_OF_SPAN = 50.0, 0.02
 #: Spans that a yawed belt must have run to be judged by its movement, and the share of yaw times travel that it moves
 #: at least; share by which a tension may move within a run.
 SPANS, STILL_TENSION, RAMP = 2.0, 2e-3, 0.04
+#: Share by which a speed that is stated or logged may differ from travel over time.
+SPEEDS_APART = 0.1
 LIKELY_SETTINGS = {"tension": (3e5, 8e8), "speed": (2e-3, 15.0), "yaw": (-0.035, 0.035), "yaw_head": (-0.035, 0.035)}
 
 
@@ -154,6 +156,13 @@ def doubts(
             words = f"{far:.4g} m of travel in run {run.key}, {far / rig.belt_length:.2g} revolutions of the belt"
             own = {c.role for c in columns}
             doubt("travel", ("travel",) if "travel" in own else ("speed", "time"), words)
+        by_travel = run.speeds.get("travel over time", 0.0)
+        for told, speed in run.speeds.items() if by_travel > 0.0 and not entry.is_trusted("speed") else ():
+            if abs(speed - by_travel) > SPEEDS_APART * by_travel:
+                lasted = float(np.ptp(run.record[TIME_COLUMN]))
+                words = f"{far:.4g} m of travel in {lasted:.4g} s are {by_travel:.4g} m/s in run {run.key}"
+                question = ask("contradiction", what=f"{words}, but {told} says {speed:.4g} m/s")
+                found.setdefault(question.path, question)
         for signal in (name for name in run.record.columns if name != TIME_COLUMN):
             if kind_at(next(c for c in columns if c.signal == signal).at) != "lateral":
                 continue
@@ -167,7 +176,8 @@ def doubts(
                 doubt("y", (signal,), f"{words}, {share} of yaw times travel (a belt: 0.05 to 0.4)")
         for key, (low, high) in LIKELY_SETTINGS.items():
             setting = run.settings.get(key)
-            if setting is not None and not (setting.text or low <= setting.value <= high or setting.value == 0.0):
+            with_unit = setting is not None and setting.text and not readings_of(setting.text)
+            if setting is not None and not (with_unit or low <= setting.value <= high or setting.value == 0.0):
                 unit = RANGES[key].unit
                 words = f"{key} {setting.value / UNITS[unit][1]:.4g} {unit} in run {run.key}"
                 doubt(key, (key,), words)

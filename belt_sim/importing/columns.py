@@ -404,6 +404,10 @@ def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> list[LoggedT
             columns.append(_resolve(replace(column, table=table.name, entry=entry), taken[entry.run]))
             taken[entry.run].append(columns[-1].signal)
         notes = list(table.notes)
+        for k, column in enumerate(columns):
+            twin = next((c.name for c in columns[:k] if (c.at, c.entry.run) == (column.at, column.entry.run)), "")
+            if column.at and twin and not column.entry.at:
+                notes.append(Note(column.name, f"measures at {column.at}, as {twin} does: is {column.signal}"))
         for role in ONCE:
             same = [k for k, c in enumerate(columns) if c.role == role and not c.entry.run and c.name not in along]
             if len(same) > 1:

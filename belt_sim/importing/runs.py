@@ -67,12 +67,14 @@ class Section(NamedTuple):
 @dataclass(frozen=True, kw_only=True)
 class AssembledRun:
     """One run as far as it is known: key, its name in the mapping; entry: what the mapping says of it; record: time and
-    signals over the travel; started: date and time of day of its first row, "" where only seconds were logged."""
+    signals over the travel; speeds: what tells its speed -> this [m/s]; started: date and time of day of its first row,
+    "" where only seconds were logged."""
 
     key: str
     entry: RunEntry
     record: pd.DataFrame
     settings: LoggedSettings
+    speeds: dict[str, float]
     file: str
     started: str
     notes: tuple[str, ...]
@@ -233,6 +235,9 @@ def _assemble(
     moved = {} if way.speed is None else {"speed": Setting(round_digits(way.speed, LOGGED_DIGITS), "travel over time")}
     moved |= {"direction": Setting(-1.0, "the sign of travel or speed")} if way.direction < 0.0 else {}
     known = moved | named | logged | stated  # of each the last that has it
+    speeds: dict[str, float | None] = {"travel over time": way.speed}
+    speeds |= {c.name: way.logged_speed for c in block.columns if c.role == "speed"}
+    speeds |= {speed.source: abs(speed.value)} if speed else {}
     notes = [*(n.text for n in block.notes), *way.notes]
     if "yaw_at" in known:
         notes.append(f"yaw_at is {known['yaw_at'].source}")
@@ -255,6 +260,7 @@ def _assemble(
             started = f"{day}T{started}{'+00:00' if zone in ('Z', 'UTC', 'GMT') else zone}"
     timed = {} if way.time is None else {TIME_COLUMN: way.time}
     own: dict[str, Any] = {"key": block.name, "entry": entry, "settings": known, "file": block.file.name}
+    own["speeds"] = {told: value for told, value in speeds.items() if value is not None}
     record = pd.DataFrame(timed | signals, index=way.travel)
     return AssembledRun(**own, record=record, started=started, notes=tuple(notes))
 

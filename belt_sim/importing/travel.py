@@ -60,13 +60,15 @@ def count_on(table: LoggedTable) -> LoggedTable:
 
 class Travel(NamedTuple):
     """keep: rows of the run that are used; travel [m] and time [s] (None where not logged) at these, from 0 on;
-    direction: 1, or -1 where travel or speed are counted backwards; speed [m/s], None where not known."""
+    direction: 1, or -1 where travel or speed are counted backwards; speed [m/s] by travel and time, and as logged, None
+    where not known."""
 
     keep: np.ndarray
     travel: np.ndarray
     time: np.ndarray | None
     direction: float
     speed: float | None
+    logged_speed: float | None
     notes: list[str]
 
 
@@ -108,11 +110,15 @@ def travel_of(
         k = int(np.argmax(steps))
         far = f"{steps[k]:.4g} s behind line {block.lines[keep[k]]}, over which the belt is taken to have run on"
         notes.append(f"no rows for {far} ({way[k + 1] - way[k]:.4g} m)")
-    own, pace = None if time is None else time[keep] - time[keep[0]], None
+    own = None if time is None else time[keep] - time[keep[0]]
+    pace = logged_pace = None
     if own is not None and len(own) and own[-1] > 0.0 and way[-1] > 0.0:
         far, lasted = np.array([way[-1], own[-1]]) - stood
         pace = float(far / lasted)
-    return Travel(keep, way, own, sign, pace, notes)
+        if speeds is not None and len(there := np.flatnonzero(np.isfinite(speeds))):
+            paces = np.interp(keep, there, np.abs(speeds[there]))
+            logged_pace = float(np.trapezoid(paces, own) / lasted)
+    return Travel(keep, way, own, sign, pace, logged_pace, notes)
 
 
 def _time(block: LoggedTable) -> tuple[np.ndarray | None, list[str]]:

@@ -145,3 +145,33 @@ def test_a_load_cell_of_one_side_is_asked_about_unless_both_are_there(tmp_path):
     header, rows = [*header, "load cell right [N]"], [*rows, force]
     both = proposal(tmp_path / "a.csv", header, rows, use={"tension": "sum"}, **only)
     assert both.complete().runs[0].tension == pytest.approx(20e6)
+
+
+@pytest.mark.parametrize("times", [0.1, 3.0, 10.0])
+@pytest.mark.parametrize("told", ["speed [m/s]", "the mapping"])
+def test_travel_time_and_speed_that_contradict_are_asked_about(tmp_path, told, times):
+    header, rows = ["time [s]", "travel [m]", "y1 [mm]"], [L.time, times * L.travel, L.y1]
+    if told == (logged := "speed [m/s]"):
+        header, rows = [*header, logged], [*rows, 0.0 * L.time + 0.5]
+    given = {"all_runs": RUN | ({} if told == logged else {"speed": "0.5 m/s"})}
+    asked = {q.key: q.text for q in proposal(tmp_path / "a.csv", header, rows, **given).missing}
+    starts = f"{times * L.travel[-1]:.4g} m of travel in {L.time[-1]:.4g} s are {0.5 * times:g} m/s in run a"
+    assert asked["trust.speed"].startswith(f"{starts}, but {told} says 0.5 m/s; mend travel, time or speed")
+    trust = {"speed": "yes", "travel": "yes", "y": "yes"}
+    run = proposal(tmp_path / "a.csv", header, rows, trust=trust, **given).complete().runs[0]
+    assert run.travel[-1] == pytest.approx(times * L.travel[-1], rel=0.01)
+    rows[1] = 1.05 * L.travel
+    assert proposal(tmp_path / "a.csv", header, rows, **given).missing == ()
+
+
+@pytest.mark.parametrize(("speed", "is_asked"), [("30", True), ("30 m/s", False), ("0.5", False)])
+def test_a_number_without_a_unit_is_judged_as_one_that_was_logged(tmp_path, speed, is_asked):
+    made = proposal(tmp_path / "a.csv", ["travel [m]", "y1 [mm]"], [L.travel, L.y1], all_runs=RUN | {"speed": speed})
+    assert [q.text.split(";")[0] for q in made.missing] == (["speed 30 m/s in run a"] if is_asked else [])
+
+
+def test_two_signals_of_one_place_are_told(tmp_path):
+    made = proposal(tmp_path / "a.csv", ["travel [m]", "y1 [mm]", "y1 [mm]"], [L.travel, L.y1, L.y4])
+    assert "y1 [mm] (b): measures at point_1, as y1 [mm] does: is y1b" in [str(n) for n in made.notes]
+    plain = proposal(tmp_path / "a.csv", ["travel [m]", "y1 [mm]", "y4 [mm]"], [L.travel, L.y1, L.y4])
+    assert not any("measures at" in n.text for n in plain.notes)
