@@ -38,7 +38,7 @@ def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
     return jax.tree.map(np.asarray, _anchor_laid(belt, pulleys, np.moveaxis(mesh.laid, 0, -1)))
 
 
-@jit_float64
+@partial(jit_float64, brief=True)  # runs once a case
 def _anchor_laid(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array) -> BeltOnPulley:
     r, y, angle = jax.vmap(on_pulley.cylinder_coordinates, (None, 0))(nodes, pulleys.pose)
     circle = jax.vmap(on_pulley.radius_at, (0, None, 0))(pulleys.surface, 0.0, y)
