@@ -22,7 +22,16 @@ from belt_sim.importing.columns import (
     span_of,
 )
 from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, MappingEntry, Question, ask, flow_text, mapping_of
-from belt_sim.importing.runs import RANGES, TIME_COLUMN, AssembledRun, FoundRuns, Section, find_runs, runs_on_one_grid
+from belt_sim.importing.runs import (
+    BY_TRAVEL,
+    RANGES,
+    TIME_COLUMN,
+    AssembledRun,
+    FoundRuns,
+    Section,
+    find_runs,
+    runs_on_one_grid,
+)
 from belt_sim.importing.sheets import NoiseRead, machine_and_belt, settings_of, sheet_text, signals_of
 from belt_sim.units import MM, N_PER_MM2, NAMES, UNITS, readings_of
 
@@ -156,11 +165,11 @@ def doubts(
             words = f"{far:.4g} m of travel in run {run.key}, {far / rig.belt_length:.2g} revolutions of the belt"
             own = {c.role for c in columns}
             doubt("travel", ("travel",) if "travel" in own else ("speed", "time"), words)
-        by_travel = run.speeds.get("travel over time", 0.0)
+        by_travel = run.speeds.get(BY_TRAVEL, 0.0)
         for told, speed in run.speeds.items() if by_travel > 0.0 and not entry.is_trusted("speed") else ():
             if abs(speed - by_travel) > SPEEDS_APART * by_travel:
                 lasted = float(np.ptp(run.record[TIME_COLUMN]))
-                words = f"{far:.4g} m of travel in {lasted:.4g} s are {by_travel:.4g} m/s in run {run.key}"
+                words = f"run {run.key} travels {far:.4g} m in {lasted:.4g} s, at {by_travel:.4g} m/s"
                 question = ask("contradiction", what=f"{words}, but {told} says {speed:.4g} m/s")
                 found.setdefault(question.path, question)
         for signal in (name for name in run.record.columns if name != TIME_COLUMN):

@@ -41,7 +41,7 @@ UNKNOWN = "nothing is known of it"
 #: What tells a second column of one name from the first.
 _COUNT = re.compile(r" \((?:[a-z]|no \d+)\)$")
 #: What a header remarks on the sign of its numbers.
-_SIGN = re.compile(r"\b(?:positi|negati)\w*\b[^()\[\]]*|[+-] ?= ?[^()\[\]]*", re.IGNORECASE)
+_SIGN = re.compile(r"\b(?:positi|negati)v\w*\b[^()\[\]]*|[+-] ?= ?[^()\[\]]*", re.IGNORECASE)
 #: Where a header states its unit.
 _STATED = re.compile(r"\[\s*([^\]]+?)\s*\]|\(\s*(\S{2,8}|[A-Z])\s*\)|(?:\s+in\s+|\s*/\s*)(\S{1,8})$")
 _RATE = re.compile(r"^(?:rate|drift|driftrate|laufrate)[ _]*([1-4])?$")
@@ -581,7 +581,7 @@ def _open_questions(column: Column, table: LoggedTable) -> Iterator[Question]:
         elif len(fitting := column.stated_units_of(*kinds)) > 1:
             yield ask("unit_of_several", fitting, **words)
         elif stated:
-            yield ask("unit_unknown", units, usual, kinds=" or ".join(kinds), **words)
+            yield ask("unit_unknown", [*units, "ignore"], usual, kinds=" or ".join(kinds), **words)
         else:
             yield ask("unit", units, usual, **words)
     is_force = column.role == "tension" and UNITS.get(column.unit, ("",))[0] == "force"

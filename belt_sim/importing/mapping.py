@@ -264,8 +264,8 @@ class Question:
         return ".".join(self.path)
 
     def put(self, mapping: dict[str, Any], answer: str | None) -> None:
-        """Write an answer into the mapping; of a place, a role may be given instead."""
-        key = "role" if self.path[-1] == "at" and answer in ROLES else self.path[-1]
+        """Write an answer into the mapping; of a place or a unit, a role may be given instead."""
+        key = "role" if self.path[-1] in ("at", "unit") and answer in ROLES else self.path[-1]
         inner = inner_mapping(mapping, self.path[:-1])
         if key == "at" and inner.get("role") == "ignore":
             del inner["role"]  # where it measures says what it is

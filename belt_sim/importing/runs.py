@@ -17,11 +17,13 @@ from belt_sim.campaign.types import SteadyRate, did_you_mean, shortlist
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import Column, LoggedTable, Note
 from belt_sim.importing.mapping import DAY, MappingEntry, Question, RunEntry, ask, zone_seconds
-from belt_sim.importing.travel import FEWEST_ROWS, GOES_ON, RESTART, count_on, travel_of
+from belt_sim.importing.travel import FEWEST_ROWS, GOES_ON, RESTART, count_on, travel_of, usual_speeds
 from belt_sim.units import DEGREE, N_PER_MM2, UNITS, number_of, plain_minus, quantity, round_digits, size_of
 
 #: Column of the time [s] in a record; all others are signals.
 TIME_COLUMN = "time_s"
+#: What tells a speed that follows from travel and time.
+BY_TRAVEL = "travel over time"
 #: setting -> its range, in the unit that a number without one has
 RANGES = {name: bounds for name, bounds, _ in RUN_NUMBERS.values()}
 #: Settings without which a run says nothing.
@@ -232,11 +234,11 @@ def _assemble(
         raise block.refuse(0, "rows", len(way.keep), "", f"run {block.name} has too few rows with time or travel")
     block = block.select_rows(way.keep)
     logged = logged_settings(block, way.travel, stated, section)
-    moved = {} if way.speed is None else {"speed": Setting(round_digits(way.speed, LOGGED_DIGITS), "travel over time")}
+    moved = {} if way.speed is None else {"speed": Setting(round_digits(way.speed, LOGGED_DIGITS), BY_TRAVEL)}
     moved |= {"direction": Setting(-1.0, "the sign of travel or speed")} if way.direction < 0.0 else {}
     known = moved | named | logged | stated  # of each the last that has it
-    speeds: dict[str, float | None] = {"travel over time": way.speed}
-    speeds |= {c.name: way.logged_speed for c in block.columns if c.role == "speed"}
+    tellers = (BY_TRAVEL, *(c.name for c in block.columns if c.role == "speed"))
+    speeds = dict(zip(tellers, usual_speeds(way, block.values("speed")), strict=False))
     speeds |= {speed.source: abs(speed.value)} if speed else {}
     notes = [*(n.text for n in block.notes), *way.notes]
     if "yaw_at" in known:
@@ -260,7 +262,7 @@ def _assemble(
             started = f"{day}T{started}{'+00:00' if zone in ('Z', 'UTC', 'GMT') else zone}"
     timed = {} if way.time is None else {TIME_COLUMN: way.time}
     own: dict[str, Any] = {"key": block.name, "entry": entry, "settings": known, "file": block.file.name}
-    own["speeds"] = {told: value for told, value in speeds.items() if value is not None}
+    own["speeds"] = speeds
     record = pd.DataFrame(timed | signals, index=way.travel)
     return AssembledRun(**own, record=record, started=started, notes=tuple(notes))
 

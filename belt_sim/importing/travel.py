@@ -60,15 +60,13 @@ def count_on(table: LoggedTable) -> LoggedTable:
 
 class Travel(NamedTuple):
     """keep: rows of the run that are used; travel [m] and time [s] (None where not logged) at these, from 0 on;
-    direction: 1, or -1 where travel or speed are counted backwards; speed [m/s] by travel and time, and as logged, None
-    where not known."""
+    direction: 1, or -1 where travel or speed are counted backwards; speed [m/s], None where not known."""
 
     keep: np.ndarray
     travel: np.ndarray
     time: np.ndarray | None
     direction: float
     speed: float | None
-    logged_speed: float | None
     notes: list[str]
 
 
@@ -110,15 +108,23 @@ def travel_of(
         k = int(np.argmax(steps))
         far = f"{steps[k]:.4g} s behind line {block.lines[keep[k]]}, over which the belt is taken to have run on"
         notes.append(f"no rows for {far} ({way[k + 1] - way[k]:.4g} m)")
-    own = None if time is None else time[keep] - time[keep[0]]
-    pace = logged_pace = None
+    own, pace = None if time is None else time[keep] - time[keep[0]], None
     if own is not None and len(own) and own[-1] > 0.0 and way[-1] > 0.0:
         far, lasted = np.array([way[-1], own[-1]]) - stood
         pace = float(far / lasted)
-        if speeds is not None and len(there := np.flatnonzero(np.isfinite(speeds))):
-            paces = np.interp(keep, there, np.abs(speeds[there]))
-            logged_pace = float(np.trapezoid(paces, own) / lasted)
-    return Travel(keep, way, own, sign, pace, logged_pace, notes)
+    return Travel(keep, way, own, sign, pace, notes)
+
+
+def usual_speeds(way: Travel, logged: np.ndarray | None) -> list[float]:
+    """Median speeds [m/s] at which the belt ran: by travel over tenths of the time, and as ``logged`` in the rows that
+    were kept; each where it is known, 0 where it never ran."""
+    found = [] if logged is None else [np.abs(logged[np.isfinite(logged)])]
+    if way.time is None or not way.time[-1] > 0.0:
+        return []
+    tenths = np.linspace(0.0, way.time[-1], 11)
+    found.insert(0, np.diff(np.interp(tenths, way.time, way.travel)) / tenths[1])
+    running = [paces[paces > CREEPS * paces.max(initial=0.0)] for paces in found]
+    return [float(np.median(paces)) if len(paces) else 0.0 for paces in running]
 
 
 def _time(block: LoggedTable) -> tuple[np.ndarray | None, list[str]]:

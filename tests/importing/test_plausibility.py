@@ -155,7 +155,7 @@ def test_travel_time_and_speed_that_contradict_are_asked_about(tmp_path, told, t
         header, rows = [*header, logged], [*rows, 0.0 * L.time + 0.5]
     given = {"all_runs": RUN | ({} if told == logged else {"speed": "0.5 m/s"})}
     asked = {q.key: q.text for q in proposal(tmp_path / "a.csv", header, rows, **given).missing}
-    starts = f"{times * L.travel[-1]:.4g} m of travel in {L.time[-1]:.4g} s are {0.5 * times:g} m/s in run a"
+    starts = f"run a travels {times * L.travel[-1]:.4g} m in {L.time[-1]:.4g} s, at {0.5 * times:g} m/s"
     assert asked["trust.speed"].startswith(f"{starts}, but {told} says 0.5 m/s; mend travel, time or speed")
     trust = {"speed": "yes", "travel": "yes", "y": "yes"}
     run = proposal(tmp_path / "a.csv", header, rows, trust=trust, **given).complete().runs[0]

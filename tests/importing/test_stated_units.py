@@ -51,6 +51,15 @@ def test_two_units_that_an_edge_may_have_are_asked_about(tmp_path, name, unit, s
     assert column.unit == "mm"
 
 
+def test_a_column_whose_unit_does_not_fit_may_be_left_out(tmp_path):
+    names, rows = ["time [s]", "travel [m]", "y1 [mm]", "Ventil Position [%]"], [L.time, L.travel, L.y1, L.y4]
+    mapping = {}
+    for question in proposal(tmp_path, names, rows).missing:
+        question.put(mapping, "ignore")
+    assert mapping == {"columns": {"Ventil Position [%]": {"role": "ignore"}}}
+    assert proposal(tmp_path, names, rows, **mapping).missing == ()
+
+
 def test_a_role_of_the_mapping_says_which_unit_counts(tmp_path):
     questions, column = of_edge(tmp_path, "Aufnehmer (d) [mm]", columns={"Aufnehmer (d) [mm]": {"at": "point_4"}})
     assert not questions
@@ -96,3 +105,9 @@ def test_of_roles_that_a_name_speaks_of_the_one_that_has_its_unit_counts(tmp_pat
     (tmp_path / "a.csv").write_text(table(["travel [m]", "y1 [mm]", name], [L.travel, L.y1, L.y4]))
     column = read([tmp_path / "a.csv"]).columns[name]
     assert (column.role, column.at) == (role, at)
+
+
+def test_a_position_is_not_asked_for_its_sign(tmp_path):
+    for name, asked in (("Position 4 [mm]", []), ("Kante 4 (positiv: links) [mm]", ["sign"])):
+        found = proposal(tmp_path, ["travel [m]", name], [L.travel, L.y4]).missing
+        assert [q.path[-1] for q in found] == asked
