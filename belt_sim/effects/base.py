@@ -157,6 +157,7 @@ def effect(cls):
         cls.__annotations__ = dict.fromkeys(cls.alike, float) | cls.__annotations__
         for name, declared in cls.alike.items():
             setattr(cls, name, declared)
+        cls.alike = {}  # fields hold them now
         cls = dataclass(frozen=True, kw_only=True)(cls)
     declared = {f.name: f.metadata["parameter"] for f in fields(cls) if "parameter" in f.metadata}
     cls.parameters = {**cls.parameters, **declared}
