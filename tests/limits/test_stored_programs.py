@@ -13,8 +13,8 @@ from jax.experimental import serialize_executable
 from paper_cases import paper_case
 
 from belt_sim import jax_setup
-from belt_sim.effects.base import Effect, effect, library, parameter
 from belt_sim.discovery.responses import Pulse
+from belt_sim.effects.base import Effect, effect, library, parameter
 from belt_sim.jax_setup import STORED, StoredProgram, program_key
 from belt_sim.line.spans import runup_weights
 from belt_sim.model import MODELS
