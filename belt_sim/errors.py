@@ -2,6 +2,7 @@
 checks of a number and a flag."""
 
 import math
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -70,10 +71,17 @@ def finite(
     fits: Callable[[float], bool] = lambda value: True,
 ) -> float:
     """``value`` as a float if it is a finite number that ``fits``; raises InputError with ``remedy`` otherwise."""
+    _refuse_quoted(name, value, unit)
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
     if not is_number or not math.isfinite(value) or not fits(value):
         raise InputError(name, value, unit, remedy)
     return float(value)
+
+
+def _refuse_quoted(name: str, value: Any, unit: str) -> None:
+    """Raise InputError for a number that is written as a text."""
+    if isinstance(value, str) and re.fullmatch(r"[+-]?[\d.]+", value):
+        raise InputError(name, repr(value), unit, "is a text; leave the quotes out")
 
 
 def flag(name: str, value: Any) -> bool:
@@ -88,6 +96,7 @@ def whole(name: str, value: Any, least: int = 1, most: int | None = None, *, oth
 
     otherwise: what else may stand there, as in "auto or "; for the message.
     """
+    _refuse_quoted(name, value, "")
     if isinstance(value, bool) or not isinstance(value, int) or value < least:
         raise InputError(name, value, "", f"give {otherwise}a whole number of at least {least}")
     if most is not None and value > most:

@@ -91,7 +91,6 @@ _SAID = {
     r"Could not delete from config. '?(.*?)'? does not exist": "no such key",
     r"Could not override '(.*)'": "no such key",
     r"Could not append override '(.*)'": "no such group, or it is there already",
-    r"Additional config directory '(.*)' not found": "no such folder",
     r"does not support sweep type : INTERVAL()": "is for a search; add hydra/sweeper=optuna",
     r"Key '(.*?)' is not in struct": "no such key",
     r"Multiple values for ([\w/]*)": "give it once",
@@ -111,7 +110,7 @@ def known_keys(command: str, conf: Path = CONF) -> list[str]:
     return keys
 
 
-def nearest(name: str, known: Sequence[str]) -> str:
+def nearest(name: str, known: Sequence[str], what: str = "keys") -> str:
     """The name that was meant, of the same group where that is known, else all of them where they are few."""
     group, _, own = name.rpartition(".")
     beside = {k.rpartition(".")[2]: k for k in known if group and k.rpartition(".")[0] == group}
@@ -119,7 +118,7 @@ def nearest(name: str, known: Sequence[str]) -> str:
     close = difflib.get_close_matches(own if beside else name, names, n=1)
     if close:
         return f"; did you mean {names[close[0]]}?"
-    return f"; the keys are {', '.join(names.values())}" if len(names) < 25 else ""
+    return f"; the {what} are {', '.join(names.values())}" if len(names) < 25 else ""
 
 
 def help_text(command: str) -> str:

@@ -25,16 +25,21 @@ from belt_sim.commands import COMMANDS, HELP, OUTPUT, help_text, known_keys, nea
 from belt_sim.errors import BeltError, InputError
 from belt_sim.io import CONF, MODEL_FOLDER, sample_campaigns, write_text
 
-SWEEP = ("-m", "--multirun")
-#: flags of Hydra, and whether a value follows
-FLAGS = {
-    **dict.fromkeys((*HELP, *SWEEP, "--hydra-help", "--resolve", "-r", "--run", "-sc", "--shell-completion"), False),
-    **dict.fromkeys(("-c", "--cfg", "-p", "--package", "-i", "--info", "--experimental-rerun"), True),
-    **dict.fromkeys(("-cp", "--config-path", "-cn", "--config-name", "-cd", "--config-dir"), True),
+#: flags of Hydra -> the short form, and the values that may follow: None for no value, () for any text
+FLAGS: dict[str, tuple[str, Sequence[str] | None]] = {
+    "--help": ("-h", None),
+    "--hydra-help": ("", None),
+    "--multirun": ("-m", None),
+    "--run": ("-r", None),
+    "--resolve": ("", None),
+    "--cfg": ("-c", ("job", "hydra", "all")),
+    "--info": ("-i", ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath")),
+    "--package": ("-p", ()),
+    "--config-path": ("-cp", ()),
+    "--config-name": ("-cn", ()),
+    "--config-dir": ("-cd", ()),
 }
-#: those that show something and run nothing
-SHOWS = {*("-c", "--cfg", "-i", "--info", "-r", "--resolve", "--hydra-help", "-sc", "--shell-completion")}
-INFO = ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath")
+SHOWS = {"--cfg", "--info", "--hydra-help"}  # these show something and run nothing
 #: key=value, as Hydra takes it
 OVERRIDE = re.compile(r"[+~]*[A-Za-z_][\w./@]*=")
 HYDRAS = re.compile(r"[+~]*hydra[./]")
@@ -150,14 +155,7 @@ def run_command(arguments: list[str]) -> int:
 
 def run_hydra(command: str, settings: Sequence[str]) -> int:
     """Run a command as Hydra's application on ``conf``; return the exit status. Raises BeltError for Hydra's errors."""
-    typed = list(settings)
-    if command == "import":  # its bare file names become files=[...], quoted as Hydra wants it
-        after = {k + 1 for k, a in enumerate(settings) if FLAGS.get(a)}
-        loose = [a for k, a in enumerate(settings) if k not in after]
-        bare = [a for a in loose if Path(a).is_file() or not (a.startswith("-") or OVERRIDE.match(a))]
-        quoted = ",".join("'" + a.replace("\\", "\\\\").replace("'", "\\'") + "'" for a in bare)
-        typed = [*(a for a in settings if a not in bare), *([f"files=[{quoted}]"] if bare else [])]
-    flags, overrides = _sorted_out(command, typed)
+    flags, overrides = _sorted_out(command, settings)
     from belt_sim.commands.runs import at_work, end_sweep, run_task
 
     at_work.clear()
@@ -232,30 +230,50 @@ def apply_hydra(program: str, task: Callable[..., Any], name: str, arguments: Se
 
 def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[str]]:
     """Flags, with their values, and overrides, quoted as Hydra wants them; raises BeltError for what cannot be."""
-    flags: list[str] = []
+    given = dict[str, str]()
     overrides: list[str] = []
-    rest = list(settings)
+    files: list[str] = []  # bare names, which import reads as files=[...]
+    rest, long = list(settings), {short: flag for flag, (short, _) in FLAGS.items() if short}
     while rest:
         argument = rest.pop(0)
-        flag, equals, _ = argument.partition("=")
-        if argument.startswith("="):
+        typed, equals, value = argument.partition("=")
+        flag = long.get(typed, typed)
+        if command == "import" and (Path(argument).is_file() or not (typed[:1] == "-" or OVERRIDE.match(argument))):
+            files.append("'" + argument.replace("\\", "\\\\").replace("'", "\\'") + "'")
+        elif not typed:
             raise BeltError(f"{argument}: has no key; write key=value")
-        if not argument.startswith("-"):
+        elif typed[0] != "-":
             overrides.append(quote_override(argument))
-            continue
-        if flag not in FLAGS:
-            raise BeltError(f"{argument}: no such flag{nearest(flag, list(FLAGS))} (settings are written key=value)")
-        flags.append(argument)
-        asked = argument.partition("=")[2] if equals else "".join(rest[:1])
-        if flag in ("-i", "--info") and re.fullmatch(r"[\w-]+", asked) and asked[0] != "-" and asked not in INFO:
-            raise BeltError(f"--info = {asked}: use one of {', '.join(INFO)}")
-        if flag in ("-i", "--info") and not equals:
-            flags[-1] = f"--info={rest.pop(0) if rest and rest[0] in INFO else 'all'}"
-        elif FLAGS[flag] and not equals:
-            if not rest:
-                raise BeltError(f"{argument}: needs a value, as {argument} NAME")
-            flags.append(rest.pop(0))
-    known, foreign = known_keys(command), bool(set(flags) - set(SWEEP)) or "hydra.searchpath" in " ".join(overrides)
+        elif flag not in FLAGS:
+            parted = f"; write {typed[:2]} {argument[2:]}" if typed[:2] in long and OVERRIDE.match(argument[2:]) else ""
+            remedy = parted or nearest(flag, list(FLAGS), "flags")
+            raise BeltError(f"{argument}: no such flag{remedy} (settings are written key=value)")
+        elif FLAGS[flag][1] is None:
+            if equals:
+                raise BeltError(f"{argument}: {flag} takes no value; write {typed}")
+            given[flag] = flag
+        else:
+            if not equals and rest and not (flag == "--info" and re.search("^-|=|^$", rest[0])):
+                value = rest.pop(0)
+            elif flag == "--info" and not equals:
+                value = "all"
+            choices, folder = FLAGS[flag][1], flag in ("--config-dir", "--config-path")
+            further = "; name further folders in hydra.searchpath=[file://FOLDER]" if flag == "--config-dir" else ""
+            for wrong, remedy in (
+                (not value, f"needs a value, as {typed} NAME"),
+                (choices and value not in choices, f"use one of {', '.join(choices or ())}"),
+                (flag in given, f"give it once{further}"),
+                (folder and not Path(value).is_dir(), "no such folder"),
+            ):
+                if wrong:
+                    raise BeltError(f"{flag}{value and f' = {value}'}: {remedy}")
+            given[flag] = f"{flag}={os.path.abspath(value) if folder else value}"
+    if files:
+        overrides.append(f"files=[{','.join(files)}]")
+    name, places = given.get("--config-name", "").partition("=")[2], given.keys() & {"--config-dir", "--config-path"}
+    if name in COMMANDS and name != command and not places:
+        raise BeltError(f"--config-name = {name}: is a command; write belt-sim {name}")
+    known, foreign = known_keys(command), bool(places or name) or "hydra.searchpath" in " ".join(overrides)
     for argument in overrides:
         key, equals, value = argument.partition("=")
         name = key.lstrip("+")
@@ -263,7 +281,7 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
             raise BeltError(f"{name}: no such key{nearest(name, known)}")  # at once: Hydra takes a while to load
         if name in ("hydra.run.dir", "hydra.sweep.dir") and value in ("", "''", '""', "null"):
             raise InputError(key, value, "", "is empty; name a folder")
-    return flags, overrides
+    return list(given.values()), overrides if "--hydra-help" not in given else []
 
 
 def quote_override(argument: str) -> str:

@@ -69,9 +69,12 @@ def test_hydra_notes_what_it_ran(mine):
         (["simulate", "--info"], "Config search path"),
         (["simulate", "--info", "defaults", "rig=rope_example"], "rig/rope_example"),
         (["simulate", "--hydra-help"], "Hydra (1.3"),
+        (["simulate", "--hydra-help", "model=beam_th2"], "Hydra (1.3"),
+        (["simulate", "--config-path", "mine", "-cn", "whole", "--cfg", "job"], "step: 3"),
     ],
 )
-def test_flags_of_hydra(typed, says, capsys):
+def test_flags_of_hydra(typed, says, mine, capsys):
+    (mine / "mine" / "whole.yaml").write_text("step: 3\n", encoding="utf-8")
     assert run_command(typed) == 0
     assert says in capsys.readouterr().out
 
@@ -140,7 +143,24 @@ WRONG = [
     (["model.step=${step}"], "model.step: Interpolation key 'step' not found"),
     (["--cfg"], "--cfg: needs a value"),
     (["--info", "bogus"], "--info = bogus: use one of all, config"),
+    (["--cfg=nonsense"], "--cfg = nonsense: use one of job, hydra, all"),
+    (["--cfg", "--resolve"], "--cfg = --resolve: use one of job"),
     (["--multi", "tension=7,10"], "did you mean --multirun?"),
+    (["--multirun=1"], "--multirun=1: --multirun takes no value; write --multirun"),
+    (["-m=1"], "-m=1: --multirun takes no value; write -m"),
+    (["-h=1"], "-h=1: --help takes no value; write -h"),
+    (["--hydra-help=1"], "--hydra-help takes no value"),
+    (["-mtension=10,20"], "no such flag; write -m tension=10,20"),
+    (["-V"], "-V: no such flag; the flags are --help"),
+    (["--"], "--: no such flag; the flags are --help"),
+    (["-sc", "query=bash"], "-sc: no such flag"),
+    (["--shell-completion"], "--shell-completion: no such flag"),
+    (["--experimental-rerun", "x"], "--experimental-rerun: no such flag"),
+    (["--config-path", "conf"], "--config-path = conf: no such folder"),
+    (["-cn", "compare"], "--config-name = compare: is a command; write belt-sim compare"),
+    (["-cd", "mine", "--config-dir=mine/rig"], "name further folders in hydra.searchpath=[file://FOLDER]"),
+    (["--cfg", "job", "-c", "all"], "--cfg = all: give it once"),
+    (["tension='10'"], "tension = '10' N/mm2: is a text; leave the quotes out"),
     (["=5"], "=5: has no key; write key=value"),
     (["+hydra.callbacks.my._target_=nomodule.Say"], "my._target_ = nomodule.Say: cannot be imported"),
     (["-m", "tension=range(10,31,10),50"], "write them out to add others"),
@@ -204,8 +224,8 @@ def test_a_group_of_ones_own_stays(mine):
 
 @pytest.mark.parametrize(
     ("typed", "told"),
-    [(["--cfg", "job", "tension=3"], 0), (["tension=4.0"], 0), (["tension=3"], 1)],
-    ids=["only shown", "no change", "changed"],
+    [(["--cfg", "job", "tension=3"], 0), (["tension=4.0"], 0), (["tension=3"], 1), (["-r", "tension=3"], 1)],
+    ids=["only shown", "no change", "changed", "changed, with -r"],
 )
 def test_a_key_given_twice_is_told_where_it_ran(typed, told, mine, capsys):
     assert run_command(["simulate", *typed, "tension=4", *ROPE, "hydra.run.dir=a"]) == 0

@@ -50,7 +50,7 @@ def test_names_become_one_setting(monkeypatch):
     heard = []
     monkeypatch.setattr(cli, "apply_hydra", lambda program, task, name, arguments: heard.extend(arguments) or 0)
     assert cli.run_hydra("import", ["a.csv", "out=b", "--cfg", "job", "c d.csv"]) == 0
-    assert heard == ["--cfg", "job", "hydra.job.name=import", "out=b", "files=['a.csv','c d.csv']"]
+    assert heard == ["--cfg=job", "hydra.job.name=import", "out=b", "files=['a.csv','c d.csv']"]
 
 
 def test_what_is_missing_is_told_a_line_each_and_nothing_is_left(belt, tmp_path):

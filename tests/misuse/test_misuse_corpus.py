@@ -42,7 +42,7 @@ REFUSED = [
     (["map", "tension=[7,10]", "travel=2", "pictures=false", "out=maps"], "out: no such key"),
     (["simulate", "model=ritzinger", "rig.gravity=0"], "rig.gravity = 0 m/s2: Ritzinger's formula"),
     (["simulate", "model=ritzinger", "tension=0.1", "rig.centre_distance=500"], "raise the tension"),
-    (["simulate", "-cn", "map"], "at: no such key"),
+    (["simulate", "-cn", "map"], "--config-name = map: is a command; write belt-sim map"),
     (["simulate", "--inform"], "--inform: no such flag; did you mean --info?"),
     (["simulate", "tension=7,10"], "tension=7,10: several values are a sweep; add -m"),
     (["simulate", "-m", "tension=interval(7,10)"], "is for a search"),
