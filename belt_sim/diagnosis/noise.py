@@ -231,6 +231,7 @@ CONTRAST_READINGS = 12  # readings of a contrast
 BINS = 64  # of a run, at most
 WINDOW = 8  # samples, within which what is fast is looked for beside a parabola
 GIVEN_UP_LENGTH = 1.0  # length, in units of the stated noise, of sums of known columns that are given up
+LONGEST_KNOWN = 1e6  # entry of a known column, in the same units: a longer one hides others by rounding, and overflows
 GIVEN_UP_SHARE = 3  # at most one direction of so many is given up to known columns
 _FAST = np.linalg.qr(np.vander(np.linspace(-1.0, 1.0, WINDOW), 3), mode="complete")[0][:, 3:]
 
@@ -344,6 +345,7 @@ def contrast(
     seen = np.linalg.solve(lower, np.concatenate([first, rows.T], axis=1))
     start = seen[:, :1] / np.linalg.norm(seen[:, 0])
     rest = seen[:, 1:] - start @ (start.T @ seen[:, 1:])
+    rest /= np.maximum(np.abs(rest).max(axis=0, initial=0.0) / LONGEST_KNOWN, 1.0)
     values, vectors = np.linalg.eigh(rest @ rest.T)
     strong = vectors[:, values > GIVEN_UP_LENGTH**2][:, -(rows.shape[1] // GIVEN_UP_SHARE) :]
     taken = np.concatenate([first, lower @ strong], axis=1)

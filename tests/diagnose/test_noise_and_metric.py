@@ -14,6 +14,7 @@ from belt_sim.diagnosis.noise import (
     LevelFinder,
     Levels,
     Reach,
+    contrast,
     metric_of,
     nuisance_shapes,
 )
@@ -22,6 +23,7 @@ DRAWS = 600
 SIGMAS = 4.5  # a handful of figures, each beyond this once in 150,000
 STEP = np.log(2.5 / 0.4) / 14  # what the prior may pull, in logarithm
 SECOND_ORDER = 0.03  # predictions curve between one sigma and none
+ROUNDING = 1e-3  # of directions beside one a million times as long
 EXACT = 1e-10  # rounding of a product of 732 numbers
 
 
@@ -104,6 +106,15 @@ def test_what_settings_did_to_one_of_two_repeats_is_not_noise():
     clean, set_off = (np.array([f.white, f.wander, f.length]) for f in map(finder, (drawn, drawn + off * shapes[0])))
     np.testing.assert_allclose(np.log(set_off), np.log(clean), atol=1e-9)
     assert np.all(LevelFinder(b.samples, b.shapes)(drawn + off * shapes[0]).wander > clean[1])
+
+
+@pytest.mark.parametrize("size", [1e9, 1e155])
+def test_a_column_of_any_size_leaves_the_others_given_up(size):
+    b = long_bench()
+    bent, drift = (np.broadcast_to(f(b.samples.travel / 20.0)[:, None], b.samples.y.shape) for f in (np.sin, np.exp))
+    beside = contrast(b.samples, np.stack([bent, drift]), (0,), (1.0,), 0)
+    again = contrast(b.samples, np.stack([bent, size * drift]), (0,), (1.0,), 0)
+    np.testing.assert_allclose(again.free @ again.free.T, beside.free @ beside.free.T, atol=ROUNDING)
 
 
 def test_noise_is_found_beside_the_settings_as_predictions_are_expanded():
