@@ -76,7 +76,7 @@ def _draw(path: Path, found: list[dict[str, Any]]) -> None:
         axes.set(xscale="log", xlabel="CPU time of the whole process tree [s]", ylim=(-0.6, len(names) - 0.4))
         axes.set_xticks(TICKS, [f"{t:g}" for t in TICKS])
         axes.set_xticks([], minor=True)
-        axes.set_xlim(min(now.values()) / 5.0, 4.0 * max([*now.values(), *before.values()]))
+        axes.set_xlim(min(now.values()) / 15.0, 4.0 * max([*now.values(), *before.values()]))
         figure.legend(loc="outside lower center", ncols=2)
         style.save(figure, path)
 
