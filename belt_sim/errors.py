@@ -79,8 +79,8 @@ def finite(
 
 
 def _refuse_quoted(name: str, value: Any, unit: str) -> None:
-    """Raise InputError for a number that is written as a text."""
-    if isinstance(value, str) and re.fullmatch(r"[+-]?[\d.]+", value):
+    """Raise InputError for a number that is written as a text; 012 needs no quotes to be read as one."""
+    if isinstance(value, str) and re.fullmatch(r"[+-]?(?!0\d)[\d.]+", value):
         raise InputError(name, repr(value), unit, "is a text; leave the quotes out")
 
 
