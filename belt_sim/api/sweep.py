@@ -250,6 +250,8 @@ class SweepGrid:
         by side; raises InputError."""
         travel = self.plain["travel"]
         chosen: Any = fitted_model(model, curves=travel is not None)
+        if not isinstance(chosen, AnalyticModel):
+            raise InputError("travel", "null", "m", f"a table of {chosen.name} needs a travel; write travel=60")
         if getattr(chosen, "keep", KEEP) != KEEP:
             raise InputError("model.keep", chosen.keep, "m", "a table keeps no curves; leave it out")
         chosen.admit(self.effects) if self.effects else None

@@ -71,6 +71,7 @@ def one_line(error: BaseException, command: str, conf: Path = CONF) -> str:
             if "Could not delete" in pattern and name in keys:
                 return f"{name}: is null, and so left out already"
             near = nearest(name, [k for k in keys if k != name]) if remedy == "no such key" else ""
+            near = f"; write +{name}=..." if "append to your default list" in text and "@" not in name else near
             return f"{name or 'interval(...)'}: {remedy}{near}"
     if key:
         return f"{key}: {first}" if key in keys else f"{key}: no such key{nearest(key, keys)}"

@@ -40,6 +40,7 @@ def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves],
         ax.margins(x=0.0)
         ax.legend(loc="best", labelcolor="linecolor")
         ax.set(xlabel="belt travel [m]", ylabel="lateral position y [mm]")
+        ax.ticklabel_format(axis="y", scilimits=(-3, 5), useMathText=True)  # longer numbers push the label out
         style.place(fig, title, 1, 1, left=0.85, right=0.2, top=0.5, bottom=0.6)
     else:
         looks = [{"color": CYCLE[n % len(CYCLE)], "linestyle": DASHES[n % len(DASHES)]} for n in range(len(curves))]

@@ -41,7 +41,7 @@ def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
     lines, width = list(lines), shutil.get_terminal_size().columns
     wrapped = sys.stdout.isatty() or "COLUMNS" in os.environ  # a pipe has a sentence a line
     for line in (in_terminal(x) for x in lines if not isinstance(x, Path)):
-        print(textwrap.fill(line, width, break_on_hyphens=False) if wrapped else line)
+        print(textwrap.fill(line, width, break_on_hyphens=False, break_long_words=False) if wrapped else line)
     for table in tables:
         from rich.console import Console
 

@@ -157,6 +157,7 @@ WRONG = [
     (["--shell-completion"], "--shell-completion: no such flag"),
     (["--experimental-rerun", "x"], "--experimental-rerun: no such flag"),
     (["--config-path", "conf"], "--config-path = conf: no such folder"),
+    (["experiment=figure_13"], "experiment: no such key; write +experiment=..."),
     (["-cn", "compare"], "--config-name = compare: is a command; write belt-sim compare"),
     (["-cd", "mine", "--config-dir=mine/rig"], "name further folders in hydra.searchpath=[file://FOLDER]"),
     (["--cfg", "job", "-c", "all"], "--cfg = all: give it once"),

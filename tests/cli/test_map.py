@@ -114,6 +114,8 @@ def test_a_list_of_tensions_gives_a_table_that_is_drawn(tmp_path):
 
 
 def test_models_without_a_march_are_run_one_after_another():
+    with pytest.raises(bs.InputError, match="a table of ritzinger needs a travel; write travel=60"):
+        bs.sweep(tension=[7, 40], model="ritzinger", travel=None)
     table = bs.sweep(tension=[7, 40], model="ritzinger")
     assert table["rate1_mm_per_m"].iloc[1] * 1e-3 == pytest.approx(bs.simulate(tension=40, model="ritzinger").rates[0])
 

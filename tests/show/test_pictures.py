@@ -22,6 +22,7 @@ PNG = b"\x89PNG\r\n\x1a\n"
 ROUNDED = 1.0  # [px] by which a text may seem to leave its page
 INKED = 0.01  # the least share of pixels that a picture of curves and words darkens
 OF_DIAGNOSIS = ("overlay", "headline", "where", "drift")
+MOVED = (-1e6, -1e3, -0.1, -2e-3, -5e-4, -1e-4)  # times as far as a belt runs
 TENSIONS = (7e6, 10e6, 20e6)
 STEADY = [
     SteadyError(run=f"r{k}", point=1, tension=t, measured=1e-4, modelled=1.1e-4, u=1e-5, ratio=1.0)
@@ -58,9 +59,13 @@ def test_every_picture_of_a_diagnosis_is_written_whole(kind, tmp_path):
     assert inked(path)
 
 
-@pytest.mark.parametrize("kind", OF_DIAGNOSIS)
-def test_no_word_of_a_picture_is_cut_off(kind):
-    figure = plot(drawn("sag_roll"), kind=kind).figure
+@pytest.mark.parametrize("kind", [*OF_DIAGNOSIS, *MOVED])
+def test_no_word_of_a_picture_is_cut_off(kind, runs):
+    if kind in MOVED:
+        scaled = replace(runs["strip"], y=runs["strip"].y * kind)
+        figure = curves_picture(None, {"strip": scaled}, "A long headline " * 9)
+    else:
+        figure = plot(drawn("sag_roll"), kind=kind).figure
     figure.canvas.draw()
     page = figure.bbox.padded(ROUNDED)
     ticks = {t for ax in figure.findobj(Axis) for t in ax.get_ticklabels()}  # those beyond the axis are not drawn

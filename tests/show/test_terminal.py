@@ -67,6 +67,12 @@ def test_no_line_contradicts_the_advice(told):
     assert "would be" not in text
 
 
+def test_a_path_in_a_sentence_is_not_broken(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "40")
+    tell([], [f"next  belt-sim check campaign={'long/' * 12}"])
+    assert "campaign=" + "long/" * 12 in capsys.readouterr().out.splitlines()
+
+
 def test_names_of_signals_begin_a_line_as_they_are():
     assert capital("y4: its runs begin late") == "y4: its runs begin late"
     assert capital("in 8 runs") == "In 8 runs"
