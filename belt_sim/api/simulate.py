@@ -13,7 +13,7 @@ from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect, library
 from belt_sim.effects.generic_law import law_effect, law_of_entry
-from belt_sim.effects.load import load_classes, load_effects
+from belt_sim.effects.load import check_numbers, load_classes, load_effects
 from belt_sim.errors import BeltError, CannotRepresent, InputError, Limit, SimulationError, finite, warning
 from belt_sim.io import provenance, write_json
 from belt_sim.line.hooks import BEFORE_ENGINE, asked_of_engine, overrides
@@ -171,10 +171,12 @@ def effects_of(asked: Any) -> tuple[Effect, ...]:
     found: list[Effect] = []
     for e in made:
         if isinstance(e, type) and issubclass(e, Effect):
+            refuse_undeclared(e)
             example = f"{e.__name__}({next(iter(e.parameters))}=...)"
             raise InputError("effects", e.__name__, "", f"give it numbers: {example}")
         if isinstance(e, Effect):
             refuse_undeclared(type(e))
+            check_numbers(type(e), {name: getattr(e, name) for name in e.parameters})
             found.append(e)
         elif hasattr(e, found_by) and e.law:
             found.append(law_effect(law_of_entry(e.law, found=True))())

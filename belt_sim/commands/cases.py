@@ -92,6 +92,7 @@ def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = Fals
         title += "" if run_dir.case is None else f", job {run_dir.case}"  # several may run at once
         observers = observers_of(model, watch, title, folder)
         with run_dir.outputs(RECORDING) as draft:
+            (folder / PARTIAL).unlink(missing_ok=True)  # of an earlier run
             asked: dict[str, Any] = {"effects": acting, "travel": config["travel"], "computed": computed}
             asked |= {"observers": [*observers, CurvesSoFar(folder)] if observers else []}
             found = simulate_one(case, model=model, **asked, scene_path=draft / "scene.xml")

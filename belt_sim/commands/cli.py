@@ -64,6 +64,7 @@ def main() -> None:
                 file, lines = Output(raw.fileno(), "wb", closefd=False), stream.line_buffering or stream.write_through
                 text = TextIOWrapper(BufferedWriter(file), stream.encoding, "replace", line_buffering=lines)
                 setattr(sys, name, text)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a batch system's time limit is as Ctrl-C
     try:
         status = run_command(sys.argv[1:])
         sys.stdout.flush()
@@ -74,6 +75,7 @@ def main() -> None:
         status = _complain(f"{OUTPUT} = {error.strerror or error}: what was finished is kept")
     if status == INTERRUPTED:  # a thread may still compile, which cannot be stopped: a second Ctrl-C ends the process
         signal.signal(signal.SIGINT, signal.SIG_DFL)
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
     sys.exit(status)
 
 

@@ -166,6 +166,8 @@ def effect(cls):
     names = {f.name for f in fields(cls)}
     if names != set(cls.parameters):
         raise InputError(f"{cls.__name__}.parameters", sorted(names ^ set(cls.parameters)), "", "declare each once")
+    if not names:
+        raise InputError(f"{cls.__name__}.parameters", "none", "", "declare a number, as size: float = parameter(...)")
     for name, p in cls.parameters.items():
         if not all(map(math.isfinite, p.plausible)):  # a diagnosis takes its ends for the width of a prior
             remedy = "give the lowest and highest of a real machine, both finite"
@@ -202,5 +204,14 @@ def title_of(cls: type[Effect]) -> str:
 
 def effects_in(module) -> dict[str, type[Effect]]:
     """Return the effect classes that a module itself defines, by id."""
-    classes = [v for v in vars(module).values() if isinstance(v, type) and issubclass(v, Effect)]
-    return {c.id: c for c in classes if c.id and c.__module__ == module.__name__}
+    return {c.id: c for c in _classes_in(module) if c.id}
+
+
+def undeclared_in(module) -> list[type[Effect]]:
+    """Return classes of effects that a module itself defines without an id, and that are no base of others."""
+    return [c for c in _classes_in(module) if not (c.id or c.__subclasses__())]
+
+
+def _classes_in(module) -> list[type[Effect]]:
+    own = [v for v in vars(module).values() if isinstance(v, type) and v.__module__ == module.__name__]
+    return [c for c in own if issubclass(c, Effect)]

@@ -11,7 +11,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from belt_sim.effects.base import Effect, Parameter, effects_in, library
+from belt_sim.effects.base import Effect, effects_in, library, undeclared_in
 from belt_sim.effects.generic_law import ID as LAW
 from belt_sim.effects.generic_law import (
     TERM_NUMBERS,
@@ -52,11 +52,7 @@ def load_effects(spec: Any) -> tuple[Effect, ...]:
     for item in [] if spec is None else _entries(spec):
         classes, numbers = _read_entry(item)
         for cls in classes.values():
-            for name, value in numbers.items():
-                if name not in cls.parameters:
-                    remedy = f"its parameters are {', '.join(cls.parameters)}"
-                    raise InputError(f"effects.{cls.id}.{name}", value, "", remedy)
-                _check_number(f"effects.{cls.id}.{name}", value, cls.parameters[name])
+            check_numbers(cls, numbers)
             loaded.append(cls(**{n: float(v) for n, v in numbers.items()}))
             if loaded[-1] == cls.null():
                 example = f"effects=[{{id:{cls.id},{next(iter(cls.parameters))}:...}}]"
@@ -67,18 +63,22 @@ def load_effects(spec: Any) -> tuple[Effect, ...]:
     return tuple(loaded)
 
 
-def _check_number(name: str, value: Any, parameter: Parameter) -> None:
-    """Raise InputError for what is no number, is far from plausible, or is below a smallest value."""
-    as_text = " (write 2.0e-5, not 2e-5)" if re.fullmatch(r"[+-]?\d+e[+-]?\d+", str(value)) else ""
-    number = finite(name, value, parameter.unit, f"give a finite number{as_text}")
-    low, high = parameter.plausible
-    most, bounds = MOST_TIMES_PLAUSIBLE * max(abs(low), abs(high)), ""
-    if abs(number) > most:
-        bounds = f"give at most {most:g} {parameter.unit}"
-    elif number < parameter.null <= low and not parameter.modifier:
-        bounds = f"must be {parameter.null:g} or more"
-    if bounds:
-        raise InputError(name, f"{number:g}", parameter.unit, f"{bounds}; {low:g} to {high:g} is plausible")
+def check_numbers(cls: type[Effect], numbers: Mapping[str, Any]) -> None:
+    """Raise InputError for what is no number of an effect, is far from plausible, or is below a smallest value."""
+    for parameter, value in numbers.items():
+        name, p = f"effects.{cls.id}.{parameter}", cls.parameters.get(parameter)
+        if p is None:
+            raise InputError(name, value, "", f"its parameters are {', '.join(cls.parameters)}")
+        as_text = " (write 2.0e-5, not 2e-5)" if re.fullmatch(r"[+-]?\d+e[+-]?\d+", str(value)) else ""
+        number = finite(name, value, p.unit, f"give a finite number{as_text}")
+        low, high = p.plausible
+        most, bounds = MOST_TIMES_PLAUSIBLE * max(abs(low), abs(high)), ""
+        if abs(number) > most:
+            bounds = f"give at most {most:g} {p.unit}"
+        elif number < p.null <= low and not p.modifier:
+            bounds = f"must be {p.null:g} or more"
+        if bounds:
+            raise InputError(name, f"{number:g}", p.unit, f"{bounds}; {low:g} to {high:g} is plausible")
 
 
 def save_effects(
@@ -197,12 +197,12 @@ def _read_entry(item: Any) -> tuple[dict[str, type[Effect]], dict[str, Any]]:
             is_told = isinstance(error, InputError)  # by ``effect``, of a declaration
             what = f"{error}" if is_told else f"the file does not import: {type(error).__name__}: {error}"
             raise wrong_file(path, line, what) from error
-    found = effects_in(sys.modules[module])
-    if not found:
+    found, undeclared = effects_in(sys.modules[module]), undeclared_in(sys.modules[module])
+    if not (found or undeclared):
         raise wrong_file(path, 1, "it defines no effect; docs/write_an_effect.md and belt-sim new-effect show one")
     if is_new:
         try:
-            for cls in found.values():
+            for cls in (*found.values(), *undeclared):
                 _inspect(cls, path)
         except InputError:
             del sys.modules[module]

@@ -155,8 +155,8 @@ def has_display() -> bool:
 
 PREPARING, FITTING = "preparing the runs", "fitting sets of effects"
 BEYOND_CATALOGUE, LAW_OF_REST = "searching beyond the catalogue", "searching for a law of the rest"
-#: stages of a diagnosis in their order -> measured shares of its time in percent; a law, where one is sought, and what
-#: follows it take half as long as all before: that told the end within 30 % in 35 of 44 blind campaigns
+#: stages of a diagnosis in their order -> measured shares of its time in percent; a law, where one is sought, takes
+#: with what follows it half as long as all before
 STAGES = {
     "": 9.0,
     "checking the machine data": 6.0,

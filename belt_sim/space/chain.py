@@ -228,9 +228,8 @@ def factorise_chain(
 def pull_on_nodes(belt: BeltArrays, nodes: Array, share: Array) -> Array:
     """Forces of belt and weight [N] on nodes at ``nodes`` [m], both (m, 3, n) by stations' numbers."""
     cell = stretch_energy(belt.ties, belt.shape.bonds, nodes, jnp.arange(nodes.shape[-1]), share)
-    return cell.forces.reshape(nodes.shape) - (belt.mass * belt.gravity)[:, None, None] * np.array(
-        [[0.0], [0.0], [1.0]]
-    )
+    weight = (belt.mass * belt.gravity)[:, None, None] * np.array([[0.0], [0.0], [1.0]])
+    return cell.forces.reshape(nodes.shape) - weight
 
 
 def twist_of_cells(belt: BeltArrays, pulleys: BeltOnPulley, places: ChainLayout, tension: Array) -> Array:

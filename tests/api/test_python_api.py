@@ -17,9 +17,10 @@ from belt_sim.io import ROOT
 
 TAPER = {"id": "taper", "kappa_t": 2e-5}
 SHORT = {"travel": 5.0}
+taper = bs.library()["taper"]
 
 
-class Own(bs.library()["taper"]):
+class Own(taper):
     """An effect without its decorator."""
 
 
@@ -64,6 +65,16 @@ def test_importing_the_package_loads_nothing():
             "effects = Own: write @effect above the class Own",
         ),
         (lambda file: bs.simulate(effects=[Own(kappa_t=1e-5)]), "effects = Own: write @effect above the class Own"),
+        (lambda file: bs.simulate(effects=[Own]), "effects = Own: write @effect above the class Own"),
+        (
+            lambda file: bs.simulate(effects=[taper(kappa_t=np.nan)]),
+            r"effects\.taper\.kappa_t = nan 1/m: give a finite number",
+        ),
+        (lambda file: bs.simulate(effects=[taper(kappa_t=1e9)]), r"effects\.taper\.kappa_t = 1e\+09 1/m: give at most"),
+        (
+            lambda file: bs.simulate(effects=[taper(kappa_t=True)]),
+            r"effects\.taper\.kappa_t = True 1/m: give a finite number",
+        ),
     ],
 )
 def test_an_argument_that_cannot_be_used_is_one_line(tmp_path, call, line):

@@ -64,13 +64,14 @@ def test_mappings_name_only_what_differs_from_the_standard():
         bs.make_case(rig={"centre_distanc": 8})
 
 
-def test_ctrl_c_is_one_line_and_a_second_one_ends_what_threads_still_compute():
-    stopped = """
+@pytest.mark.parametrize("stops", ["raise KeyboardInterrupt", "signal.raise_signal(signal.SIGTERM)"])
+def test_ctrl_c_or_a_time_limit_is_one_line_and_a_second_one_ends_what_threads_still_compute(stops):
+    stopped = f"""
 import atexit, signal
 from belt_sim.commands import cli
-def stop(*arguments): raise KeyboardInterrupt
+def stop(*arguments): {stops}
 cli.run_hydra = stop
-atexit.register(lambda: print(signal.getsignal(signal.SIGINT) is signal.SIG_DFL))
+atexit.register(lambda: print(signal.getsignal(signal.SIGINT) is signal.getsignal(signal.SIGTERM) is signal.SIG_DFL))
 cli.main()
 """
     found = subprocess.run([sys.executable, "-c", stopped, "simulate"], capture_output=True, text=True, check=False)

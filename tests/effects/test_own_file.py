@@ -27,6 +27,18 @@ RUNUP = "    def runup(self, runup, state, case):\n"
 #: name -> (hook, what differs in the head, line, what the message must hold)
 WRONG = {
     "undecorated": (RUNUP + "        return runup\n", {"decorator": "# no decorator"}, 9, "write @effect above"),
+    "beside": (
+        RUNUP + "        return runup\n\nclass Second(Effect):\n    pass\n",
+        {},
+        21,
+        "@effect above the class Second",
+    ),
+    "no_number": (
+        RUNUP + "        return runup\n\n@effect\nclass Second(Effect):\n    law = 'run-up'\n",
+        {},
+        21,
+        "Second.parameters = none: declare a number",
+    ),
     "raises": (RUNUP + "        raise RuntimeError('boo')\n", {}, 19, "runup: RuntimeError: boo"),
     "nothing": (RUNUP + "        replace(runup)\n", {}, 18, "returns nothing; end it with return"),
     "branches": (RUNUP + "        return runup if self.load > 0 else runup\n", {}, 19, "jnp.where"),
