@@ -281,6 +281,8 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
         name = key.lstrip("+")
         if equals and re.fullmatch(r"\w+", name) and not (foreign or name in known or (CONF / name).is_dir()):
             raise BeltError(f"{name}: no such key{nearest(name, known)}")  # at once: Hydra takes a while to load
+        if name == "hydra":
+            raise InputError(key, value, "", "is a group of settings; set one of them, as hydra.run.dir=FOLDER")
         if name in ("hydra.run.dir", "hydra.sweep.dir") and value in ("", "''", '""', "null"):
             raise InputError(key, value, "", "is empty; name a folder")
     return list(given.values()), overrides if "--hydra-help" not in given else []

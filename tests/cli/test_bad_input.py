@@ -32,6 +32,8 @@ VALUES = [
     ("tension=inf", "give a finite number"),
     ("tension=true", "give a finite number"),
     ("tension=null", "give a finite number"),
+    ("rig.face_width=[0.2,0.3]", "rig.face_width = [0.2, 0.3] m: give one number, not a list"),
+    ("hydra=3", "hydra = 3: is a group of settings; set one of them, as hydra.run.dir=FOLDER"),
     ("yaw=42", "yaw = 42 deg: must be -2 to 2 deg"),
     ("yaw=left", "yaw = left degrees"),
     ("yaw=[{at: 0}]", "write {at: metres, yaw: degrees, over: metres}"),

@@ -1,5 +1,6 @@
 """What the command line says of itself, and the file of a new effect."""
 
+import os
 import subprocess
 import sys
 
@@ -78,3 +79,11 @@ cli.main()
     assert found.returncode == 130
     assert found.stdout.split() == ["True"]
     assert found.stderr == "belt-sim: stopped; what was finished is kept\n"
+
+
+def test_ctrl_c_while_the_command_line_loads_is_one_line(tmp_path):
+    (tmp_path / "yaml.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    paths = os.pathsep.join([str(tmp_path), *sys.path])
+    asked = [sys.executable, "-m", "belt_sim", "simulate"]
+    found = subprocess.run(asked, capture_output=True, text=True, check=False, env=os.environ | {"PYTHONPATH": paths})
+    assert (found.returncode, found.stderr) == (130, "belt-sim: stopped before it began\n")
