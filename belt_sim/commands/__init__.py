@@ -9,8 +9,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from belt_sim.io import CONF, group_names, sample_campaigns
 
 HELP = ("-h", "--help")
@@ -62,7 +60,7 @@ def one_line(error: BaseException, command: str, conf: Path = CONF) -> str:
     if "object_type=RangeSweep" in text:
         return "range(...): is all of a sweep's values; write them out to add others, as 10,20,30,50"
     if key and "Missing mandatory value" in f"{error} {cause}":
-        meaning = dict(_settings(conf / f"{command}.yaml")).get(f"{key}=...", "").removeprefix("needed: ")
+        meaning = next((about for name, _, about in _settings(conf / f"{command}.yaml") if name == key), "")
         names = f": {', '.join(sample_campaigns())}" if key == "campaign" else ""
         return f"{key}: is not given; write {key}=..." + (f" ({meaning}{names})" if meaning else "")
     for pattern, remedy in _SAID.items():
@@ -100,14 +98,10 @@ _SAID = {
 
 def known_keys(command: str, conf: Path = CONF) -> list[str]:
     """The keys of a command's configuration and of the groups it starts with."""
-    top = yaml.safe_load((conf / f"{command}.yaml").read_text(encoding="utf-8"))
-    keys = [k for k in top if k not in ("defaults", "hydra")]
-    for entry in top.get("defaults", []):
-        for group, option in entry.items() if isinstance(entry, dict) else ():
-            file = CONF / group / f"{option}.yaml"
-            if file.is_file():
-                inside = yaml.safe_load(file.read_text(encoding="utf-8")) or {}
-                keys += [group, *(f"{group}.{k}" for k in inside)]
+    file = conf / f"{command}.yaml"
+    keys = [key for key, _, _ in _settings(file)]
+    for group, chosen in _groups(file):
+        keys += [group, *(f"{group}.{key}" for key, _, _ in _settings(CONF / group / f"{chosen}.yaml"))]
     return keys
 
 
@@ -124,20 +118,20 @@ def nearest(name: str, known: Sequence[str], what: str = "keys") -> str:
 
 def help_text(command: str) -> str:
     """Return what a command does, and every key with its value, unit and meaning, as its files in conf have them."""
-    text = (CONF / f"{command}.yaml").read_text(encoding="utf-8").split("\nhydra:\n")[0]
-    about, _, settings = text.partition("defaults:")
-    wide = shutil.get_terminal_size().columns
+    file, wide = CONF / f"{command}.yaml", shutil.get_terminal_size().columns
+    about = file.read_text(encoding="utf-8").partition("defaults:")[0]
     rows = [("", " ".join(line.lstrip("# ") for line in about.splitlines()))]
     rows += [("usage:", f"belt-sim {command} [KEY=VALUE ...]")]
     rows += [("      ", f"belt-sim {command} -m KEY=A,B,C   a sweep, a run a value"), ("", "")]
     rows += [("", "keys, with what they are set to:")]
-    keys: list[tuple[str, str]] = []
-    for group, chosen in re.findall(r"- (\w+): (\w+)", settings):
-        keys.append((f"{group}={chosen}", f"one of {', '.join(group_names(group))}"))
-        keys += [(f"  {group}.{k}", c) for k, c in _settings(CONF / group / f"{chosen}.yaml")]
+    found: list[tuple[str, str, str]] = []
+    for group, chosen in _groups(file):
+        found.append((group, chosen, f"one of {', '.join(group_names(group))}"))
+        found += [(f"  {group}.{k}", v, c) for k, v, c in _settings(CONF / group / f"{chosen}.yaml")]
     if command == "simulate":
-        keys.append(("+experiment=...", f"one of {', '.join(group_names('experiment'))}"))
-    keys += _settings(CONF / f"{command}.yaml")
+        found.append(("+experiment", "...", f"one of {', '.join(group_names('experiment'))}"))
+    found += _settings(file)
+    keys = [(f"{k}=...", f"needed: {c}") if v == "???" else (f"{k}={v}", c) for k, v, c in found]
     longest = max(len(key) for key, _ in keys)
     rows += [(f"  {key:{longest}s} ", comment) for key, comment in keys]
     more = f"belt-sim {command} --cfg job KEY=VALUE ... shows the whole configuration and runs nothing."
@@ -150,8 +144,12 @@ def help_text(command: str) -> str:
     return "\n".join(lines)
 
 
-def _settings(file: Path) -> list[tuple[str, str]]:
-    """Return the settings of a file of conf as (key=value, comment); ??? stands for what must be given."""
+def _groups(file: Path) -> list[tuple[str, str]]:
+    """Return the groups that a file of conf starts with, as (group, chosen)."""
+    return re.findall(r"^  - (\w+): (\w+)", file.read_text(encoding="utf-8"), re.MULTILINE)
+
+
+def _settings(file: Path) -> list[tuple[str, str, str]]:
+    """Return the settings of a file of conf as (key, value, comment); ??? is the value of what must be given."""
     text = file.read_text(encoding="utf-8").split("\nhydra:\n")[0]
-    found = re.findall(r"^(\w+):[ \t]*([^#\n]*[^#\s])[ \t]*(?:#[ \t]*(.*))?$", text, re.MULTILINE)
-    return [(f"{k}={'...' if v == '???' else v}", ("needed: " if v == "???" else "") + c) for k, v, c in found]
+    return re.findall(r"^(\w+):[ \t]*([^#\n]*[^#\s])[ \t]*(?:#[ \t]*(.*))?$", text, re.MULTILINE)
