@@ -261,7 +261,7 @@ class SweepGrid:
             if any(uses((e,), hook) for hook in ("encoder", *AFTER_ENGINE)):
                 raise InputError("effects", e.id, "", "acts on what is read; a sweep tells of the belt's own movement")
         corners = [self.placed(point)[0] for point in sorted(self.corners())]
-        task = MapTask(chosen, self.keys, None, (), (0, 0, 0), not self.effects)
+        columns, places, plan = sweep_columns(None), tuple[float, ...](), (0, 0, 0)
         if travel is not None:
             plans = [plan_steps(c, travel=travel, step=chosen.step, keep=KEEP) for c in corners]
             for c in corners:
@@ -270,12 +270,11 @@ class SweepGrid:
             if at is not None and (not isinstance(at, Sequence) or isinstance(at, str)):
                 raise InputError("at", at, "m", "give a list of travels, e.g. at=[1,10]")
             remedy = f"give travels from 0 to {travel:g}"
-            places = [s for s in READ_AT if s <= travel] if at is None else at
-            places = tuple(finite("at", s, "m", remedy, lambda x: 0 <= x <= travel) for s in places)
-            task = replace(task, travel=float(travel), at=places, plan=plan)
-
-        columns = sweep_columns(task.travel, task.at)[: None if task.steady else -1]  # in the order of ``_rows``
-        return columns, partial(_rows, self.case, self.effects, task=task)
+            asked = [s for s in READ_AT if s <= travel] if at is None else at
+            places = tuple(finite("at", s, "m", remedy, lambda x: 0 <= x <= travel) for s in asked)
+            travel, columns = float(travel), sweep_columns(travel, places)[: -1 if self.effects else None]
+        how: dict[str, Any] = {"model": chosen, "keys": self.keys, "travel": travel, "at": places, "plan": plan}
+        return columns, partial(_rows, self.case, self.effects, **how)  # in the order of its rows
 
     def runs(self, model: Any, engine: str | None, values: np.ndarray) -> list[list[float]]:
         """RUN_COLUMNS of runs one after another, of models that are no march."""
@@ -361,36 +360,30 @@ def sweep_columns(travel: float | None, at: Sequence[float] | None = None) -> tu
     return (*names, "steady_rate_mm_per_m")
 
 
-@dataclass(frozen=True)
-class MapTask:
-    """What all cases share. keys: names of what varies; travel [m], None for closed forms alone; at [m]: travels at
-    which positions are told; plan: records, steps a record, slots of the wrap (march.plan_steps)."""
-
-    model: AnalyticModel
-    keys: tuple[str, ...]
-    travel: float | None
-    at: tuple[float, ...]
-    plan: tuple[int, int, int]
-    steady: bool
-
-
-@partial(jit_float64, static_argnames=("task",))
-def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, task: MapTask) -> Any:
+@partial(jit_float64, static_argnames=("model", "keys", "travel", "at", "plan"))
+def _rows(
+    case: Case, effects: tuple[Effect, ...], values: Any, *, model: AnalyticModel, keys: tuple[str, ...],
+    travel: float | None, at: tuple[float, ...], plan: tuple[int, int, int],
+) -> Any:  # fmt: skip
     """A row a case: late rates, positions, offsets, overshoot and retreat of point 1, slackest edge, largest y, steady
-    rate, as people write them."""
+    rate (of no effects), as people write them.
+
+    keys: names of what varies; travel [m], None for closed forms alone; at [m]: travels at which positions are told;
+    plan: records, steps a record, slots of the wrap (march.plan_steps).
+    """
 
     def row(own: Any) -> Any:
-        one, acting = place_values(case, effects, task.keys, own)
+        one, acting = place_values(case, effects, keys, own)
         told: list[Any] = []
-        if task.travel is not None:
-            curves = march_traced(one, acting, task.travel, model=task.model, plan=task.plan)
-            travel, y = np.linspace(0.0, task.travel, task.plan[0] + 1), jnp.asarray(curves.y) / MM
-            unit, early = np.eye(len(travel)), settled_before(travel)  # rates and positions are sums over records
-            slopes = late_rates(Curves(travel=travel, y=unit))
-            before = late_rates(Curves(travel=travel[:early], y=unit[:, :early]), SHARE_BEFORE) if early > 2 else None
-            at = np.array([[np.interp(s, travel, one) for one in unit] for s in task.at]).reshape(-1, len(travel))
-            rates, end, late = y @ slopes, y[:, -1], late_records(travel)
-            line = y[0, late].mean() + rates[0] * (travel - travel[late].mean())
+        if travel is not None:
+            curves = march_traced(one, acting, travel, model=model, plan=plan)
+            s, y = np.linspace(0.0, travel, plan[0] + 1), jnp.asarray(curves.y) / MM
+            unit, early = np.eye(len(s)), settled_before(s)  # rates and positions are sums over records
+            slopes = late_rates(Curves(travel=s, y=unit))
+            before = late_rates(Curves(travel=s[:early], y=unit[:, :early]), SHARE_BEFORE) if early > 2 else None
+            weights = np.array([[np.interp(x, s, one) for one in unit] for x in at]).reshape(-1, len(s))
+            rates, end, late = y @ slopes, y[:, -1], late_records(s)
+            line = y[0, late].mean() + rates[0] * (s - s[late].mean())
             away = jnp.where(end[0] < 0, -1.0, 1.0)
             out, overshoot = y[0] * away, jnp.maximum(jnp.max((y[0] - line) * away), 0.0)
             retreat = jnp.max(jax.lax.cummax(out) - out)
@@ -399,9 +392,9 @@ def _rows(case: Case, effects: tuple[Effect, ...], values: Any, *, task: MapTask
             both = rates if before is None else jnp.concatenate([rates, y @ before])
             is_settled = 0.0 if before is None else 1.0 * agree(both * MM_PER_M)
             largest = jnp.max(jnp.abs(y))
-            told += [rates, (at @ y.T).ravel(), offset, jnp.stack([overshoot, retreat, edge, largest, is_settled])]
-        if task.steady:
-            told.append(steady_traced(one, task.model)[None] / MM_PER_M)
+            told += [rates, (weights @ y.T).ravel(), offset, jnp.stack([overshoot, retreat, edge, largest, is_settled])]
+        if not effects:
+            told.append(steady_traced(one, model)[None] / MM_PER_M)
         return jnp.concatenate(told)
 
     return jax.vmap(row)(values)

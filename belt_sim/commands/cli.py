@@ -172,17 +172,7 @@ def run_hydra(command: str, settings: Sequence[str]) -> int:
                 path.write_bytes(content)
     if "crash" in at_work:
         raise at_work.pop("crash")
-    status = status or int(bool(at_work.get("failures")))
-    stated = dict[str, str]()  # Hydra lets the last of two count, which nobody would see
-    shown = {flag.partition("=")[0] for flag in flags} & SHOWS  # what is shown may go to a file
-    for key, value in (o.partition("=")[::2] for o in overrides if "=" in o and not (status or shown)):
-        before, now = stated.get(key, value), value
-        with suppress(ValueError):  # 9 and 9.0 are one value
-            before, now = str(float(before)), str(float(now))
-        if before != now:
-            print(f"{key} was given twice, {stated[key]} before: {key}={value} counted")
-        stated[key] = value
-    return status
+    return status or int(bool(at_work.get("failures")))
 
 
 def apply_hydra(program: str, task: Callable[..., Any], name: str, arguments: Sequence[str], conf: Path = CONF) -> int:
@@ -276,9 +266,13 @@ def _sorted_out(command: str, settings: Sequence[str]) -> tuple[list[str], list[
     if name in COMMANDS and name != command and not places:
         raise BeltError(f"--config-name = {name}: is a command; write belt-sim {name}")
     known, foreign = known_keys(command), bool(places or name) or "hydra.searchpath" in " ".join(overrides)
+    stated = dict[str, str]()
     for argument in overrides:
         key, equals, value = argument.partition("=")
         name = key.lstrip("+")
+        if stated.setdefault(key, value) != value and not given.keys() & SHOWS:  # what is shown may go to a file
+            print(f"{key} is given twice, {stated[key]} before: {key}={value} counts")  # Hydra says nothing
+        stated[key] = value
         if equals and re.fullmatch(r"\w+", name) and not (foreign or name in known or (CONF / name).is_dir()):
             raise BeltError(f"{name}: no such key{nearest(name, known)}")  # at once: Hydra takes a while to load
         if name == "hydra":

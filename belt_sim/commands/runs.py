@@ -355,53 +355,42 @@ class Sweep(Callback):
 
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
         """Lock the folder and begin its notes; end the process where another sweep is at work there, or where the sweep
-        cannot be."""
-        folder = Path(config.hydra.sweep.dir)
+        cannot be: of no values, or a search without an objective that can be."""
+        folder, params = Path(config.hydra.sweep.dir), OmegaConf.select(config, "hydra.sweeper.params") or {}
+        typed = [*(f"{key}={value}" for key, value in params.items()), *config.hydra.overrides.task]
         with _end_process_where_refused(config):
             if self.stop_after is not None:
                 whole("hydra.callbacks.sweep.stop_after", self.stop_after, otherwise="null or ")
-            _refuse_values(config)
+            with suppress(HydraException):  # which the sweeper says
+                parser = OverridesParser.create(config_loader=GlobalHydra.instance().config_loader())
+                swept = {o.get_key_element(): o for o in parser.parse_overrides(typed) if o.is_discrete_sweep()}
+                for key, sweep in swept.items():
+                    text = str(sweep.input_line).partition("=")[2]
+                    if re.match(r"sort\(\s*range\(", text):  # whose ends Hydra loses
+                        remedy = "Hydra sorts this range wrongly; write it upwards, as range(10,41,10)"
+                        raise InputError(key, text, "", remedy)
+                    if next(sweep.sweep_iterator(), None) is None:
+                        raise InputError(key, text, "", "a sweep of no values; give one at least")
             if OmegaConf.select(config, "hydra.sweeper.direction") is not None:
-                _refuse_search(config)
+                if (objective := OmegaConf.select(config, "objective")) is None:
+                    example = "objective={start: 10, within: 0.5, beyond: 0.2}"
+                    raise InputError("objective", "null", "", f"a search makes a number small: state it, as {example}")
+                prepare_jax(OmegaConf.select(config, "engine") not in (None, *ON_ONE_CORE))
+                from belt_sim.commands.cases import CentringGoal
+
+                with suppress(OmegaConfBaseException):  # raised for what the trials have yet to fill in
+                    if OmegaConf.is_config(objective):
+                        objective = OmegaConf.to_container(objective, resolve=True, throw_on_missing=True)
+                    CentringGoal.from_setting(objective)
+                import optuna
+
+                optuna.logging.set_verbosity(optuna.logging.WARNING)
             folder.mkdir(parents=True, exist_ok=True)
             remedy = "another sweep is at work there; wait for it, or give this one a folder of its own"
             lock = _lock(folder / CASES, "hydra.sweep.dir", folder, remedy)
             lock.truncate(0)
             clear_drafts(folder)
             at_work.update(config=config, lock=lock)
-
-
-def _refuse_values(config: DictConfig) -> None:
-    """Raise InputError for a sweep of no values, and for a sorted range, whose ends Hydra loses."""
-    params = OmegaConf.select(config, "hydra.sweeper.params") or {}
-    typed = [*(f"{key}={value}" for key, value in params.items()), *config.hydra.overrides.task]
-    with suppress(HydraException):  # which the sweeper says
-        parser = OverridesParser.create(config_loader=GlobalHydra.instance().config_loader())
-        swept = {o.get_key_element(): o for o in parser.parse_overrides(typed) if o.is_discrete_sweep()}
-        for key, sweep in swept.items():
-            text = str(sweep.input_line).partition("=")[2]
-            if re.match(r"sort\(\s*range\(", text):
-                raise InputError(key, text, "", "Hydra sorts this range wrongly; write it upwards, as range(10,41,10)")
-            if next(sweep.sweep_iterator(), None) is None:
-                raise InputError(key, text, "", "a sweep of no values; give one at least")
-
-
-def _refuse_search(config: DictConfig) -> None:
-    """Raise InputError for a search that has no objective, or one that cannot be."""
-    objective = OmegaConf.select(config, "objective")
-    if objective is None:
-        remedy = "a search makes a number small: state it, as objective={start: 10, within: 0.5, beyond: 0.2}"
-        raise InputError("objective", "null", "", remedy)
-    prepare_jax(OmegaConf.select(config, "engine") not in (None, *ON_ONE_CORE))
-    from belt_sim.commands.cases import CentringGoal
-
-    with suppress(OmegaConfBaseException):  # raised for what the trials have yet to fill in
-        if OmegaConf.is_config(objective):
-            objective = OmegaConf.to_container(objective, resolve=True, throw_on_missing=True)
-        CentringGoal.from_setting(objective)
-    import optuna
-
-    optuna.logging.set_verbosity(optuna.logging.WARNING)
 
 
 @contextmanager

@@ -45,7 +45,7 @@ def test_a_value_is_refused_in_a_line(tmp_path, command, value, says):
 
 def test_a_key_given_twice_is_told_and_the_last_counts(belt):
     answer = belt("simulate", "travel=2", "pictures=false", "tension=10", "tension=20")
-    assert "tension was given twice, 10 before: tension=20 counted" in answer.out
+    assert "tension is given twice, 10 before: tension=20 counts" in answer.out
     assert json.loads((belt.folder / "summary.json").read_text())["tension_n_per_mm2"] == 20.0
 
 
