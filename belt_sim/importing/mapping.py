@@ -12,6 +12,7 @@ import numpy as np
 import yaml
 from pydantic import AfterValidator, BeforeValidator, ValidationError, create_model
 
+from belt_sim.campaign.folder import RUN_NUMBERS
 from belt_sim.campaign.sheet import REMEDIES_BY_TYPE, Entry, MarkedYaml, SourceEntry, parse, validation_problem
 from belt_sim.campaign.types import CampaignError, Problem, did_you_mean, place_text, refusal
 from belt_sim.errors import InputError
@@ -144,18 +145,12 @@ class ColumnEntry(Entry):
     axis: AxisEntry | None = None
 
 
-class RunEntry(Entry):
+#: settings of a run, as runs.csv has them
+_RUN_FIELDS: dict[str, Any] = {name: (Text | None, None) for name, _, _ in RUN_NUMBERS.values()}
+
+
+class RunEntry(create_model("RunNumbers", __base__=Entry, **_RUN_FIELDS)):  # type: ignore[misc]
     name: str | None = None
-    tension: Text | None = None
-    yaw: Text | None = None
-    yaw_head: Text | None = None
-    speed: Text | None = None
-    direction: Text | None = None
-    yaw_at: Text | None = None
-    yaw_at_u: Text | None = None
-    start: Text | None = None
-    y0: Text | None = None
-    run_in: Text | None = None
     repeat_of: Text | None = None
     use: Literal["fit", "hold_out"] | None = None
     skip: bool = False

@@ -5,6 +5,7 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
+from itertools import chain, count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -100,13 +101,21 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
     names = [name for t in tables if t.kind == "rates" for name in _find_rated(t, mapping, section, found)]
     listed = table_settings([t for t in tables if t.kind == "settings"], section)
     names += listed
-    files, lacks_speed = dict[str, list[AssembledRun]](), False
+    files, lacks_speed, known = dict[str, list[AssembledRun]](), False, set[tuple[str, str]]()
     for block in [b for t in tables if t.kind == "record" for b in _split_runs(t, mapping, found.questions)]:
-        names.append(block.name)
-        entry = mapping.runs.get(block.name, RunEntry())
-        stated = stated_settings(mapping, block.name, listed, section)
-        run = None if entry.skip else _assemble(block, entry, stated, mapping, section, found.questions)
-        lacks_speed |= run is None and not entry.skip
+        # a run may have its sensors in several files; where one of them has readings again, another run begins
+        signals, first = [c.signal for c in block.columns if c.role == "signal" and len(c.numbers)], block.name
+        tried = chain([first], (f"{first}_{k}" for k in count(2)))
+        name = next(n for n in tried if known.isdisjoint((n, signal) for signal in signals))
+        known |= {(name, signal) for signal in signals}
+        if name != first:
+            text = f"{block.file.name} has a run {first} with {' and '.join(signals)} again: taken as a run of its own"
+            block = replace(block, name=name, notes=(*block.notes, Note("", text)))
+        names.append(name)
+        if mapping.runs.get(block.name, RunEntry()).skip:
+            continue
+        run = _assemble(block, mapping, listed, section, found.questions)
+        lacks_speed |= run is None
         files.setdefault(block.name, []).extend([run] if run else [])
     strange = next((name for name in mapping.runs if name not in names), None)
     if strange is not None and not lacks_speed:
@@ -158,6 +167,9 @@ def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[
     run, rows = table.column("run"), np.arange(len(table.lines))
     if run is not None:
         of_row = np.array(run.labels, dtype=object)
+        if (blank := np.flatnonzero(of_row == "")).size:
+            text = f"{run.name} is blank in line {shortlist(table.lines[blank])}: left out, as of no run"
+            table = replace(table, notes=(*table.notes, Note("", text)))
         labels = dict.fromkeys(label for label in run.labels if label)
         return [replace(table.select_rows(of_row == n), name=run_name(n), label=n) for n in labels]
     table = count_on(replace(table, name=run_name(table.name), label=table.name))
@@ -206,14 +218,14 @@ def _split_rows(table: LoggedTable, mapping: MappingEntry, open_questions: list[
 
 def _assemble(
     block: LoggedTable,
-    entry: RunEntry,
-    stated: LoggedSettings,
     mapping: MappingEntry,
+    listed: dict[str, LoggedSettings],
     section: Section,
-    open_questions: list[Question],
+    asked: list[Question],
 ) -> AssembledRun | None:
-    """One run; None where its travel takes a speed that nobody has told. stated: settings by the mapping."""
-    block = count_on(block)
+    """One run; None where its travel takes a speed that nobody has told. listed: settings by tables of runs; asked:
+    open questions, to which those on this run are added."""
+    block, stated = count_on(block), stated_settings(mapping, block.name, listed, section)
     # settings that the name of the file or run states: lauf3_10Nmm2_-0,042grad -> tension and yaw
     named: LoggedSettings = {}
     for key, pattern in _NAMED.items():
@@ -227,15 +239,15 @@ def _assemble(
         text = f"{number} {unit}"
         named[key] = Setting(_number(text, key, key, section), f"the name {block.label}", text)
     speed = (named | stated).get("speed")
-    way = travel_of(block, speed.value if speed else None, mapping.format.standstill, open_questions)
+    way = travel_of(block, speed.value if speed else None, mapping.format.standstill, asked)
     if way is None:
         return None
     if len(way.keep) < FEWEST_ROWS:
         raise block.refuse(0, "rows", len(way.keep), "", f"run {block.name} has too few rows with time or travel")
     block = block.select_rows(way.keep)
-    logged = logged_settings(block, way.travel, stated, section)
     moved = {} if way.speed is None else {"speed": Setting(round_digits(way.speed, LOGGED_DIGITS), BY_TRAVEL)}
     moved |= {"direction": Setting(-1.0, "the sign of travel or speed")} if way.direction < 0.0 else {}
+    logged = logged_settings(block, way.travel, moved, stated, section)
     known = moved | named | logged | stated  # of each the last that has it
     tellers = (BY_TRAVEL, *(c.name for c in block.columns if c.role == "speed"))
     speeds = dict(zip(tellers, usual_speeds(way, block.values("speed")), strict=False))
@@ -261,10 +273,16 @@ def _assemble(
         if seconds >= 2.0 * DAY:
             started = f"{day}T{started}{'+00:00' if zone in ('Z', 'UTC', 'GMT') else zone}"
     timed = {} if way.time is None else {TIME_COLUMN: way.time}
-    own: dict[str, Any] = {"key": block.name, "entry": entry, "settings": known, "file": block.file.name}
-    own["speeds"] = speeds
-    record = pd.DataFrame(timed | signals, index=way.travel)
-    return AssembledRun(**own, record=record, started=started, notes=tuple(notes))
+    return AssembledRun(
+        key=block.name,
+        entry=mapping.runs.get(block.name, RunEntry()),
+        record=pd.DataFrame(timed | signals, index=way.travel),
+        settings=known,
+        speeds=speeds,
+        file=block.file.name,
+        started=started,
+        notes=tuple(notes),
+    )
 
 
 # ---- settings that are stated: by the mapping, by a table of runs, by a name
@@ -288,12 +306,17 @@ def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, Log
     for table in tables:
         run = table.column("run")
         labels = [f"r{k}" for k in range(1, len(table.lines) + 1)] if run is None else run.labels
-        found |= {run_name(label): {} for label in labels}
+        names = [run_name(label) for label in labels]
+        for row, name in enumerate(names):
+            if (first := names.index(name)) < row:
+                remedy = f"stands already in line {table.lines[first]}; give every run its own name"
+                raise table.refuse(row, "run", labels[row], "", remedy)
+        found = {name: {} for name in names} | found
         for column in (c for c in table.columns if c.role in RANGES):
             unit, values = RANGES[column.role].unit, section.stress(column.si(), column.dimension)
-            for label, value in ((n, float(v)) for n, v in zip(labels, values, strict=True) if np.isfinite(v)):
+            for name, value in ((n, float(v)) for n, v in zip(names, values, strict=True) if np.isfinite(v)):
                 text = f"{value / UNITS[unit][1]:.6g} {unit}".strip()
-                found[run_name(label)][column.role] = Setting(value, "the table of runs", text)
+                found[name][column.role] = Setting(value, "the table of runs", text)
     return found
 
 
@@ -330,9 +353,29 @@ def _number(text: str, key: str, where: str, section: Section) -> float:
 # ---- settings that the record shows
 
 
-def logged_settings(block: LoggedTable, travel: np.ndarray, known: LoggedSettings, section: Section) -> LoggedSettings:
-    """The settings that columns hold, and the place of a step of the yaw where ``known`` has none; travel [m], (n,)."""
+def logged_settings(
+    block: LoggedTable, travel: np.ndarray, moved: LoggedSettings, known: LoggedSettings, section: Section
+) -> LoggedSettings:
+    """The settings that columns hold, and the place of a step of the yaw where ``known`` has none; travel [m], (n,);
+    moved: settings that follow from the travel."""
+    # direction, speed, where the run starts on the belt and across it, and where its yaw was set
+    firsts = {
+        "y0": lambda y: y[0],
+        "start": lambda y: round_digits(float(y[0]), START_DIGITS),
+        "yaw_at": lambda y: y[0],
+    }
+    firsts["direction"] = lambda y: np.sign(np.median(y)) or 1.0
+    firsts |= {} if "speed" in moved else {"speed": lambda y: round_digits(float(np.median(np.abs(y))), LOGGED_DIGITS)}
     found: LoggedSettings = {}
+    for key, of in firsts.items():
+        if (values := block.values(key)) is not None:
+            found[key] = Setting(float(of(values[np.isfinite(values)])), "its column")
+    if "direction" in found.keys() - known.keys() and (values := block.values("direction")) is not None:
+        runs = np.flatnonzero(np.nan_to_num(values))
+        turned = runs[values[runs] * values[runs[:1]] < 0.0]
+        if len(turned):
+            remedy = "the belt reverses within a run; cut the record there, one run a direction"
+            raise block.refuse(turned[0], "direction", float(values[turned[0]]), "", remedy)
     for key in ("yaw", "yaw_head"):
         if (values := block.values(key)) is None:
             continue
@@ -364,13 +407,6 @@ def logged_settings(block: LoggedTable, travel: np.ndarray, known: LoggedSetting
             words = f"the step of {key}, somewhere within {later - earlier:.2g} m"
             u = round_digits((later - earlier) / np.sqrt(12.0), LOGGED_DIGITS)
             found |= {"yaw_at": Setting(0.5 * (earlier + later), words), "yaw_at_u": Setting(u, words)}
-
-    # of the others the mean tension, the direction, and where the run starts on the belt and across it
-    firsts = {"y0": lambda y: y[0], "start": lambda y: round_digits(float(y[0]), START_DIGITS)}
-    firsts["direction"] = lambda y: np.sign(np.median(y)) or 1.0
-    for key, of in firsts.items():
-        if (values := block.values(key)) is not None:
-            found[key] = Setting(float(of(values[np.isfinite(values)])), "its column")
     if (tension := block.values("tension")) is not None:
         there = tension[np.isfinite(tension)]
         tenths, error = [float(part.mean()) for part in np.array_split(there, min(TENTHS, len(there)))], scatter(there)
@@ -442,11 +478,22 @@ def runs_on_one_grid(
         {n: _reading_at_yaw(record.index.to_numpy() - run.yaw_at, record[n].to_numpy()) for n in names if n in record}
         for run, record in zip(runs, records, strict=True)
     ]
-    out = [_with_record(*of_run, entry.start == "yaw", middles) for of_run in zip(runs, records, at_yaw, strict=True)]
+    out, counts = list[Run](), entry.start == "yaw"
+    for run, record, zero in zip(runs, records, at_yaw, strict=True):
+        if (yaw_at := run.yaw_at + run.counted_from) < 0.0:
+            remedy = "is before the record: state run_in too, how far the belt had run from a straight start by then"
+            raise InputError(f"runs.{run.name}.yaw_at", run.yaw_at, "m", remedy)
+        y0, start, read = run.y0, run.start, {n: record[n].to_numpy() for n in zero}
+        if y0 is None and (known := middles.keys() & zero):
+            y0 = round_digits(float(np.mean([zero[n] - middles[n] for n in known])), LOGGED_DIGITS)
+        run = replace(run, y0=y0, yaw_at=yaw_at, start=None if start is None else start - run.counted_from)
+        time = record[TIME_COLUMN].to_numpy() if TIME_COLUMN in record else None
+        signals = {n: np.round(y - zero[n], DECIMALS) for n, y in read.items()} if counts else read
+        out.append(replace(run, travel=record.index.to_numpy() + run.counted_from, time=time, signals=signals))
 
     subtracted = {n: [1e3 * first[n] for first in at_yaw if n in first] for n in names}  # [mm or mrad]
     off_by = [f"{n} {min(x):.4g} to {max(x):.4g}" for n, x in subtracted.items() if max(map(abs, x)) > 1e-3]
-    if off_by and entry.start == "yaw":
+    if off_by and counts:
         text = f"readings are 0 at the yaw; subtracted: {', '.join(off_by)} (mm or mrad)"
         more = "" if middles else "; middle: 150 mm of a column (its reading of a centred belt) keeps the place"
         notes.append(Note("", text + more))
@@ -472,27 +519,6 @@ def _remarks(made: list[AssembledRun], runs: list[Run], records: list[Any], name
             text = f"has no {' and no '.join(lacking)}, which other runs have; is its column called otherwise there?"
             notes.append(Note(m.key, text))
     return notes
-
-
-def _with_record(
-    run: Run, record: Any, at_yaw: Mapping[str, float], from_yaw: bool, middles: Mapping[str, float]
-) -> Run:
-    """A run with its record, whose readings count from those at the yaw or stay; y0 by ``middles`` where unstated."""
-    if (yaw_at := run.yaw_at + run.counted_from) < 0.0:
-        remedy = "is before the record: state run_in too, how far the belt had run from a straight start by then"
-        raise InputError(f"runs.{run.name}.yaw_at", run.yaw_at, "m", remedy)
-    if run.y0 is None and (known := middles.keys() & at_yaw):
-        y0 = round_digits(float(np.mean([at_yaw[n] - middles[n] for n in known])), LOGGED_DIGITS)
-        run = replace(run, y0=y0)
-    read = {n: record[n].to_numpy() for n in at_yaw}
-    return replace(
-        run,
-        travel=record.index.to_numpy() + run.counted_from,
-        yaw_at=yaw_at,
-        start=None if run.start is None else run.start - run.counted_from,
-        time=record[TIME_COLUMN].to_numpy() if TIME_COLUMN in record else None,
-        signals={n: np.round(y - at_yaw[n], DECIMALS) for n, y in read.items()} if from_yaw else read,
-    )
 
 
 def _runs_of(made: list[AssembledRun]) -> list[Run]:

@@ -175,3 +175,54 @@ def test_two_signals_of_one_place_are_told(tmp_path):
     assert "y1 [mm] (b): measures at point_1, as y1 [mm] does: is y1b" in [str(n) for n in made.notes]
     plain = proposal(tmp_path / "a.csv", ["travel [m]", "y1 [mm]", "y4 [mm]"], [L.travel, L.y1, L.y4])
     assert not any("measures at" in n.text for n in plain.notes)
+
+
+def test_a_run_that_two_files_have_is_two_runs_and_one_whose_sensors_two_files_have_is_one(tmp_path):
+    """Guard: of two days' files with a run 7 each, the readings of the second day took the place of the first's."""
+    header, files = ["run", "travel [m]", "y1 [mm]"], [tmp_path / "day1.csv", tmp_path / "day2.csv"]
+    for path, times in zip(files, (1.0, -2.0), strict=True):
+        path.write_text(table(header, [["7"] * len(L.travel), L.travel, times * L.y1], digits=7))
+    made = understand(read(files), MAPPING | {"all_runs": RUN})
+    first, second = made.complete().runs
+    assert (first.name, second.name) == ("r7", "r7_2")
+    assert np.ptp(second.signals["y1"]) == pytest.approx(2.0 * np.ptp(first.signals["y1"]), rel=0.05)
+    told = "r7_2: day2.csv has a run r7 with y1 again: taken as a run of its own"
+    assert told in [str(n) for n in made.notes]
+    files[1].write_text(table([*header[:2], "y4 [mm]"], [["7"] * len(L.travel), L.travel, L.y4], digits=7))
+    (run,) = understand(read(files), MAPPING | {"all_runs": RUN}).complete().runs
+    assert {*run.signals} == {"y1", "y4"}
+
+
+def test_a_run_that_stands_twice_in_a_table_of_rates_is_refused(tmp_path):
+    """Guard: every run behind it was given the rates of the row before its own."""
+    (tmp_path / "a.csv").write_text("run;tension [N/mm2];yaw [deg];rate1;u_rate\na;7;1;1;1\na;7;1;2;1\nb;9;1;3;1\n")
+    with pytest.raises(
+        CampaignError, match=r"a\.csv:3: run = a: stands already in line 2; give every run its own name"
+    ):
+        understand(read([tmp_path / "a.csv"]), MAPPING)
+
+
+@pytest.mark.parametrize(("name", "value", "key", "is_then"), [
+    ("speed [m/s]", 2.0, "speed", 2.0), ("yaw at [m]", 5.0, "yaw_at", 5.0), ("direction", -1.0, "direction", -1.0),
+])  # fmt: skip
+def test_a_setting_that_a_column_of_the_record_holds_is_that_of_the_run(tmp_path, name, value, key, is_then):
+    """Guard: a speed beside a travel without a time, and a column of where the yaw was set, went unsaid."""
+    columns = [L.travel, 0.0 * L.travel + value, L.y1]
+    (run,) = proposal(tmp_path / "a.csv", ["travel [m]", name, "y1 [mm]"], columns).complete().runs
+    assert getattr(run, key) == pytest.approx(is_then)
+
+
+def test_a_direction_that_turns_within_a_run_is_refused_unless_it_is_stated(tmp_path):
+    columns = [L.travel, np.where(L.travel < 20.0, 1.0, -1.0), L.y1]
+    header = ["travel [m]", "direction", "y1 [mm]"]
+    row = int(np.argmax(columns[1] < 0.0))
+    with pytest.raises(CampaignError, match=rf"a\.csv:{row + 2}: direction = -1: the belt reverses within a run"):
+        proposal(tmp_path / "a.csv", header, columns)
+    stated = proposal(tmp_path / "a.csv", header, columns, all_runs=RUN | {"direction": "1"})
+    assert stated.complete().runs[0].direction == 1.0
+
+
+def test_rows_without_a_run_are_told(tmp_path):
+    runs = np.where((L.travel > 10.0) & (L.travel < 12.0), "", "a")
+    made = proposal(tmp_path / "a.csv", ["run", "travel [m]", "y1 [mm]"], [runs, L.travel, L.y1])
+    assert any("run is blank in line" in n.text for n in made.notes)
