@@ -264,7 +264,7 @@ def profile_intervals(bench: Workbench, fit: Fit, found: Found) -> dict[str, dic
         own = told[slot.effect.id]
         if low.row in crooked:
             ends = sorted(float(side.end * slot.scale) for side in (low, high))
-            own[slot.name] = replace(own[slot.name], interval=(ends[0], ends[1]))
+            own[slot.name] = replace(own[slot.name], interval_95=(ends[0], ends[1]))
         if not is_constrained(slot, own[slot.name]):
             del own[slot.name]
     return told

@@ -61,7 +61,7 @@ class FoundEffect:
             if low.max() > high.min():
                 values = [e.value for e in each]
                 middle, ends = 0.5 * (min(values) + max(values)), (min(values), max(values))
-                found[name] = replace(each[0], value=middle, u=ends[1] - ends[0], interval=ends)
+                found[name] = replace(each[0], value=middle, u=ends[1] - ends[0], interval_95=ends)
         return found
 
     def sizes_on(self, machine: MachineSizes | None) -> tuple[str, ...]:
@@ -327,7 +327,6 @@ class Discovery(Display):
     limits: tuple[str, ...] = ()
     law_file: str = ""
     provenance: Free = field(default_factory=dict)
-    width = 80
 
     def lines(self) -> list[str]:
         """The verdict, the sentence, the places, what cannot be told apart and what cannot be known."""

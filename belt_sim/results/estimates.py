@@ -23,7 +23,6 @@ from pydantic import (
     ValidationInfo,
     WithJsonSchema,
     model_serializer,
-    model_validator,
 )
 
 from belt_sim.effects.base import Effect, library
@@ -79,36 +78,23 @@ COVERAGE_95 = 1.96
 @dataclass(frozen=True)
 class Estimate:
     """A fitted parameter in SI: value, u (one sigma), unit, whether a real machine could have it, and where it lies
-    with 95 % if that is not 1.96 u either way."""
+    in 95 of 100 campaigns, which is 1.96 u either way unless stated."""
 
     value: float
     u: float
     unit: str
     plausible: bool
-    interval: tuple[float, float] | None = None
+    interval_95: tuple[float, float] = ()  # type: ignore[assignment]
+
+    def __post_init__(self) -> None:
+        if not self.interval_95:
+            even = self.value - COVERAGE_95 * self.u, self.value + COVERAGE_95 * self.u
+            object.__setattr__(self, "interval_95", even)
 
     @model_serializer
     def _to_file(self, info: SerializationInfo) -> dict[str, Any]:
         row: dict[str, Any] = {name: getattr(self, name) for name in ("value", "u", "unit", "plausible")}
         return row | ({"interval_95": list(self.interval_95)} if info.by_alias else {})
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_file(cls, row: Any) -> Any:
-        """Return the fields; an interval that is 1.96 u either way is not kept."""
-        fields = {name: row[name] for name in ("value", "u", "unit", "plausible")}
-        stated, even = row.get("interval_95"), cls(**fields).interval_95
-        rounding = 1e-3 * abs(fields["u"])  # numbers of drawings are kept to six digits
-        if stated is None or all(abs(a - b) <= rounding for a, b in zip(stated, even, strict=True)):
-            return fields
-        return fields | {"interval": stated}
-
-    @property
-    def interval_95(self) -> tuple[float, float]:
-        """Where the true value lies in 95 of 100 campaigns."""
-        if self.interval is not None:
-            return self.interval
-        return self.value - COVERAGE_95 * self.u, self.value + COVERAGE_95 * self.u
 
     @property
     def is_range(self) -> bool:

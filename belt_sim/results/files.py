@@ -1,7 +1,6 @@
 """Write results as JSON in the units of users, read a diagnosis back, and give the JSON schemas of files."""
 
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -86,32 +85,24 @@ def read_diagnosis(folder: Path) -> Diagnosis:
 def diagnosis_of(content: Json, drawn: Json, where: str) -> Diagnosis:
     """Build a diagnosis from the contents of diagnosis.json and drawings.json; raises InputError, naming ``where``, if
     they are damaged or of another version."""
-    versions = (content, "schema", DIAGNOSIS), (content, "runs_schema", RUNS), (drawn, "schema", DRAWINGS)
-    with _damage_told("diagnosis", where, *versions):
-        parts: Json = {"drawings": adapter(Drawings).validate_python(drawn), "discovery": None}
-        if (told := content.get("discovery")) is not None:
-            with _damage_told("discovery", "discovery.json", (told, "schema", DISCOVERY)):
-                own: Json = {"by_alias": False, "by_name": True, "context": IN_SI}
-                parts["discovery"] = adapter(Discovery).validate_python(dict(told), **own)
-        read: Diagnosis = adapter(Diagnosis).validate_python(content | parts)
-    return read
-
-
-@contextmanager
-def _damage_told(what: str, where: str, *versions: tuple[Mapping[str, Any], str, str]) -> Iterator[None]:
-    """Raise InputError where what is read within fails; of pydantic's many lines the first fault, with its place.
-
-    versions: content of a file, key, and what has to stand there.
-    """
+    versions = [(content, "schema", DIAGNOSIS), (content, "runs_schema", RUNS), (drawn, "schema", DRAWINGS)]
+    parts: Json = {"discovery": None}
     try:
-        for content, key, name in versions:
-            if content[key] != name:
-                raise ValueError(f"{key} is {content[key]!r}, not {name}")
-        yield
+        if (found := content.get("discovery")) is not None:
+            versions.append((found, "schema", DISCOVERY))
+        for one, key, name in versions:
+            if one[key] != name:
+                raise ValueError(f"{key} is {one[key]!r}, not {name}")
+        if found is not None:
+            own: Json = {"by_alias": False, "by_name": True, "context": IN_SI}
+            parts["discovery"] = adapter(Discovery).validate_python(dict(found), **own)
+        parts["drawings"] = adapter(Drawings).validate_python(drawn)
+        read: Diagnosis = adapter(Diagnosis).validate_python(content | parts)
     except (ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         said = str(error)
-        if isinstance(error, ValidationError):
+        if isinstance(error, ValidationError):  # of many lines the first fault, with its place
             first = error.errors()[0]
             said = f"{'.'.join(map(str, first['loc']))}: {first['msg']}"
         remedy = f"written by another version of belt-sim or damaged ({said}); run belt-sim diagnose again"
-        raise InputError(what, where, "", remedy) from error
+        raise InputError("diagnosis", where, "", remedy) from error
+    return read

@@ -4,10 +4,9 @@ terminals and notebooks, pandas frames and xarray datasets."""
 import html
 import math
 import re
-import textwrap
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 from belt_sim.errors import BeltError
 
@@ -132,9 +131,7 @@ class Table:
 
 
 class Display:
-    """Mixin of results: text in a terminal, in lines of ``width`` where that is stated, HTML in a notebook."""
-
-    width: ClassVar[int | None] = None
+    """Mixin of results: text in a terminal, HTML in a notebook."""
 
     def lines(self) -> Sequence[str]:
         """Return the result in a few lines."""
@@ -145,10 +142,7 @@ class Display:
         return ()
 
     def __repr__(self) -> str:
-        lines = self.lines()
-        if self.width is not None:
-            lines = [textwrap.fill(line, self.width, subsequent_indent="  ") for line in lines]
-        return in_terminal("\n".join(lines))
+        return in_terminal("\n".join(self.lines()))
 
     def _repr_html_(self) -> str:
         first, *rest = (html.escape(line) for line in self.lines())

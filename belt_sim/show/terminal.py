@@ -8,7 +8,7 @@ import sys
 import textwrap
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -36,12 +36,19 @@ def tell_choice(config: Mapping[str, Any], model: str, why: str = "") -> None:
         print(f"model {model}, as {why or REASONS[model]}; or model=NAME")
 
 
+def say(line: object, indent: int = 0) -> None:
+    """Print a line of a result, ``indent`` letters from the left: wrapped in a window, in a pipe as it is."""
+    space, width = " " * indent, shutil.get_terminal_size().columns
+    wrapped = textwrap.TextWrapper(width, space, space, break_on_hyphens=False, break_long_words=False)
+    text = in_terminal(line)
+    print(wrapped.fill(text) if sys.stdout.isatty() or "COLUMNS" in os.environ else space + text)
+
+
 def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
     """Lines of a result, its verdict first, then its tables, then where its files are (a path among the lines)."""
-    lines, width = list(lines), shutil.get_terminal_size().columns
-    wrapped = sys.stdout.isatty() or "COLUMNS" in os.environ  # a pipe has a sentence a line
-    for line in (in_terminal(x) for x in lines if not isinstance(x, Path)):
-        print(textwrap.fill(line, width, break_on_hyphens=False, break_long_words=False) if wrapped else line)
+    lines = list(lines)
+    for line in (x for x in lines if not isinstance(x, Path)):
+        say(line)
     for table in tables:
         from rich.console import Console
 
@@ -53,51 +60,37 @@ def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
 def tell_diagnosis(d: "Diagnosis", folder: Path, *, verbose: bool = False) -> None:
     """Verdict, what takes certainty off it, effects, where the model fails, how the error falls, what to do next;
     verbose: the tables of candidates and of errors as well."""
-    from rich.console import Console
-    from rich.padding import Padding
-    from rich.text import Text
-
-    from belt_sim.results.diagnosis import SHOWN_ACTIONS, error_line
+    from belt_sim.results.diagnosis import SHOWN_ACTIONS, STAMP, error_line
     from belt_sim.show.report import plant_card, rival_cards
 
-    out = Console(highlight=False)
-
-    def say(line: str, style: str = "", indent: int = 2) -> None:
-        """A line that wraps below its beginning."""
-        out.print(Padding(Text(in_terminal(line), style=style), (0, 0, 0, indent), expand=False))
-
-    out.print()
-    out.print(Text.assemble((d.headline, "bold"), f": {in_terminal(d.sentence)}"))
-    for doubt in d.doubts:
-        say(capital(doubt), "yellow")
     rivals = rival_cards(d)
-    numbered = [(f"{k}. ", c) for k, c in enumerate(rivals, start=1)]
     certain = [e for e in d.effects if not rivals or e.id in d.certain_effects]
-    single = [plant_card(e, d.drawings.machine, d.asked_for) for e in certain]
-    for number, c in [*numbered, *(("", c) for c in single)]:
-        say(f"{number}{c['id'] or 'nothing more'}: {c['fault']}", "bold")
-        for line in (*c["sizes"], *(["effective value, model rejected"] if c.get("stamp") else []), c["sure"]):
-            say(line, indent=5)
+    cards = [(f"{k}. ", c) for k, c in enumerate(rivals, start=1)]
+    cards += [("", plant_card(e, d.drawings.machine, d.asked_for)) for e in certain]
+    print()
+    say(f"{d.headline}: {d.sentence}")
+    for doubt in d.doubts:
+        say(capital(doubt), 2)
+    for number, c in cards:
+        say(f"{number}{c['id'] or 'nothing more'}: {c['fault']}", 2)
+        for line in (*c["sizes"], *([STAMP] if c.get("stamp") else []), c["sure"]):
+            say(line, 5)
     found = d.discovery if d.discovery is not None and d.discovery.found else None
-    if found is not None and (d.law_holds or found.law is None):
-        say(found.sentence)
+    said = [found.sentence] if found is not None and (d.law_holds or found.law is None) else []
     if d.unknown is not None and (found is None or found.law is None):
-        say(f"unknown: {d.unknown}")
+        said.append(f"unknown: {d.unknown}")
     elif d.unknown is not None and d.unknown.nearest:
-        say(f"nearest known effect: {d.unknown.nearest}, but {d.unknown.why}")
-    for line in (d.where.sentence, d.where.boundary_sentence, *error_line(d.error), *map(str, d.confusables)):
-        say(capital(line))
-    for line in d.further_runs[:SHOWN_ACTIONS]:
-        say(line if line.startswith("No single") else f"Next: {line}", "green")
-    if verbose:
-        for table in d.tables():
-            out.print(rich_table(table))
-    elif d.ranking:
-        say(f"verbose=true lists all {len(d.ranking)} effects that were tried", "dim")
+        said.append(f"nearest known effect: {d.unknown.nearest}, but {d.unknown.why}")
+    known = (d.where.sentence, d.where.boundary_sentence, *error_line(d.error), *map(str, d.confusables))
+    said += map(capital, filter(None, known))
+    said += [x if x.startswith("No single") else f"Next: {x}" for x in d.further_runs[:SHOWN_ACTIONS]]
+    if d.ranking and not verbose:
+        said.append(f"verbose=true lists all {len(d.ranking)} effects that were tried")
+    for line in said:
+        say(line, 2)
     law = ("found_law.yaml",) if found is not None and found.law_file and d.law_holds else ()
-    out.print()
-    for name in ("report.html", "effects.yaml", "diagnosis.json", *law):
-        out.print(str(folder / name), soft_wrap=True, markup=False)
+    files = [folder / name for name in ("report.html", "effects.yaml", "diagnosis.json", *law)]
+    tell(d.tables() if verbose else (), ["", *files])
 
 
 LONGEST_UNBROKEN = 34  # of a run or effect, that its column never breaks
@@ -176,30 +169,34 @@ AS_JSON = "BELT_SIM_PROGRESS_AS_JSON"  # environment: progress for a program tha
 LINE_EVERY = 0.10  # share of the work between two lines where there is no terminal
 
 
-def _begin(
-    console: "Console | None", title: str, total: float, timed: bool
-) -> tuple[Callable[[float, str], None], Callable[[], None]]:
-    """update(done, note) and close() of a bar on a terminal of one's own; elsewhere at most a line a tenth of the work,
-    all on standard error. timed: the end can be told from what is done; else there is a line a note."""
+@contextmanager
+def progress(
+    total: float, title: str, console: "Console | None" = None, *, timed: bool = True
+) -> Iterator[Callable[..., None]]:
+    """Show how far some work is: ``with progress(n, "bootstrap") as done: ...; done()``, which adds ``amount`` to what
+    is done and shows ``note`` beside it. timed: whether the time left can be told from it; else there is a line a note.
+
+    A bar on a terminal of one's own; elsewhere at most a line a tenth of the work, all on standard error.
+    """
     from rich.console import Console
 
     console = console or Console(stderr=True)
-    began, said = time.monotonic(), ""
+    began, count, said = time.monotonic(), 0.0, ""
     bar: Any = None
     if console.is_terminal and multiprocessing.parent_process() is None:
         from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
         share, text = TextColumn("{task.percentage:>3.0f} %"), TextColumn("{task.fields[note]}", markup=False)
         times = (share, text, TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn())
-        columns = times if timed else (text, TimeElapsedColumn())
-        words = TextColumn("{task.description}", markup=False)
-        bar = Progress(words, BarColumn(bar_width=None), *columns, console=console)
+        words = TextColumn("{task.description}", markup=False), BarColumn(bar_width=None)
+        bar = Progress(*words, *(times if timed else times[1:3]), console=console)
         task = bar.add_task(title, total=total, note="")
         bar.start()
 
-    def update(done: float, note: str) -> None:
-        nonlocal said
-        elapsed, in_all, more = time.monotonic() - began, 0.0, ""
+    def advance(amount: float = 1.0, note: str = "") -> None:
+        nonlocal count, said
+        count += amount
+        done, elapsed, in_all, more = min(count, total), time.monotonic() - began, 0.0, ""
         if not timed and 0.0 < done < total and note not in UNFORESEEN:  # seconds in all, and what may make them more
             in_all = elapsed / done
             more = ", longer if a law is sought" if note == BEYOND_CATALOGUE else ""
@@ -220,26 +217,11 @@ def _begin(
         line = f"{title}: {', '.join(filter(None, parts))}"
         console.print(line, markup=False, highlight=False, soft_wrap=True)
 
-    return update, lambda: None if bar is None else bar.stop()
-
-
-@contextmanager
-def progress(
-    total: float, title: str, console: "Console | None" = None, *, timed: bool = True
-) -> Iterator[Callable[..., None]]:
-    """Show how far some work is: ``with progress(n, "bootstrap") as done: ...; done()``, which adds ``amount`` to what
-    is done and shows ``note`` beside it. timed: whether the time left can be told from it."""
-    (update, close), count = _begin(console, title, total, timed), 0.0
-
-    def advance(amount: float = 1.0, note: str = "") -> None:
-        nonlocal count
-        count += amount
-        update(min(count, total), note)
-
     try:
         yield advance
     finally:
-        close()
+        if bar is not None:
+            bar.stop()
 
 
 @contextmanager
@@ -293,15 +275,17 @@ class ProgressObserver:
     live_only = True  # of a run that has ended it has nothing to say
 
     def start(self, case: Case, travel: float) -> None:
-        self.travel, self.note, self.counted = travel, "", False
-        self.bar: tuple[Callable[[float, str], None], Callable[[], None]] | None = None  # update and close
+        self.travel, self.note, self.counted, self.share = travel, "", False, 0.0
+        self.shown = ExitStack()
+        self.done: Callable[..., None] | None = None
         self.before: tuple[float, float] | None = None
 
     def advance(self, share: float, *, counted: bool = True) -> None:
         """Move the bar on: so much of the steps (0 .. 1) has been made; counted: by the engine."""
         self.counted = counted
-        self.bar = self.bar or _begin(self.console, self.title, 1.0, True)
-        self.bar[0](share, self.note)
+        self.done = self.done or self.shown.enter_context(progress(1.0, self.title, self.console))
+        self.done(share - self.share, self.note)
+        self.share = share
 
     def frame(self, frame: Frame) -> None:
         """Note where the belt is."""
@@ -315,8 +299,7 @@ class ProgressObserver:
 
     def finish(self, curves: Curves) -> None:
         """End the bar."""
-        if self.bar is not None:
-            self.bar[1]()
+        self.shown.close()
 
 
 class ViewerObserver(Observer):

@@ -146,6 +146,6 @@ def test_an_interval_of_its_own_is_read_back(tmp_path):
     d = drawn("sag_roll")
     first = d.effects[0]
     name, even = next(iter(first.parameters.items()))
-    crooked = replace(even, interval=(even.value - 3.0 * even.u, even.value + even.u))
+    crooked = replace(even, interval_95=(even.value - 3.0 * even.u, even.value + even.u))
     d = replace(d, effects=(replace(first, parameters={**first.parameters, name: crooked}), *d.effects[1:]))
     assert read_diagnosis(written(tmp_path, d)).effects[0].parameters[name].interval_95 == crooked.interval_95

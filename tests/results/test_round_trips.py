@@ -42,7 +42,7 @@ ESTIMATES = st.builds(
     u=POSITIVE,
     unit=st.sampled_from(["m", "rad", "1"]),
     plausible=st.booleans(),
-    interval=st.none() | st.tuples(NUMBERS, NUMBERS),
+    interval_95=st.just(()) | st.tuples(NUMBERS, NUMBERS),
 )
 PARAMETERS = st.dictionaries(NAMES, ESTIMATES, min_size=1, max_size=3)
 EFFECTS = st.builds(
