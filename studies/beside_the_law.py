@@ -101,8 +101,7 @@ def picture(path: str | Path, runs: Sequence[ComparedRun]) -> Path:
     """Points 1 and 3 of 3D runs (sticking: lines, slipping: dashes) over the strip law (thick and faint)."""
     tensions = sorted({r.tension for r in runs})
     rows = -(-len(tensions) // 2)
-    fig, axes = style.figure(9.0, 2.9 * rows, rows, min(len(tensions), 2), sharex=True)
-    panels = [axis for row in axes for axis in row]
+    fig, panels = style.figure(9.0, 2.9 * rows, rows, min(len(tensions), 2), sharex=True)
     for tension, axis in zip(tensions, panels, strict=False):
         these = [r for r in runs if r.tension == tension]
         for k, (point, colour) in enumerate(_POINTS):

@@ -325,7 +325,7 @@ def tables() -> str:
 def draw(path: Path) -> Path:
     """Rates of the strip alone on each curve's own straightest stretch, against the length of the record."""
     lengths = np.arange(20.0, 200.1, 2.0)
-    fig, [axes] = style.figure(9.5, 4.0, columns=2, sharey=True)
+    fig, axes = style.figure(9.5, 4.0, columns=2, sharey=True)
     for ax, (row, tension) in zip(axes, enumerate(TENSIONS[:2]), strict=True):
         for colour, window in zip(style.CYCLE, WINDOWS, strict=False):
             read = np.array([straightest(strip(0.0), window, r) for r in lengths])

@@ -77,7 +77,7 @@ def picture(path: str | Path, tensions: np.ndarray, found: list[tuple[Direction,
     names = list(dict.fromkeys(name for _, grids in found for name in grids))
     colours = dict(zip(names, (*CYCLE, INK), strict=False))
     drawn = set()
-    for ax, (direction, grids) in zip([a for row in axes for a in row], found, strict=True):
+    for ax, (direction, grids) in zip(axes, found, strict=True):
         for name, grid in grids.items():
             if grid.max() <= 1.0:
                 continue

@@ -102,7 +102,7 @@ class ClosedLoop:
 
         @style.picture
         def picture() -> Any:
-            fig, [axes] = style.figure(12.0, 3.6, columns=3 if self.loop is not None else 2)
+            fig, axes = style.figure(12.0, 3.6, columns=3 if self.loop is not None else 2)
             for k, colour in enumerate(style.POINT_COLOURS):
                 axes[0].plot(self.travel, self.y[k] / MM, color=colour, lw=1.4, label=f"point {k + 1}")
             axes[0].set(title="Lateral position", xlabel="belt travel [m]", ylabel="y [mm]")

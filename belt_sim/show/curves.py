@@ -32,7 +32,7 @@ def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves],
     of several a plot a point with a colour a set."""
     title = title or ", ".join(curves)
     if len(curves) == 1:
-        fig, [[ax]] = style.figure(8.0, 4.6, layout=None)
+        fig, [ax] = style.figure(8.0, 4.6, layout=None)
         (only,) = curves.values()
         for k, colour in enumerate(POINT_COLOURS):
             ax.plot(only.travel, np.asarray(only.y)[k] / MM, color=colour, label=POINT_NAMES[k])
@@ -54,7 +54,7 @@ def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves],
 def _four_points(lines: Sequence[tuple[Curves, Mapping[str, Any]]]) -> Any:
     """A plot a point of curves with their looks, placed as on the machine: head left, tail right, upper span above."""
     fig, axes = style.figure(10.0, 6.6, 2, 2, sharex=True, sharey=True)
-    for k, ax in {3: axes[0][0], 0: axes[0][1], 2: axes[1][0], 1: axes[1][1]}.items():
+    for k, ax in zip((3, 0, 2, 1), axes, strict=True):
         ax.set_title(f"Point {POINT_NAMES[k]}")
         ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
         ax.margins(x=0.0)
@@ -74,7 +74,7 @@ def steady_picture(path: str | os.PathLike | None, rows: "Sequence[SteadyError]"
     mine = sorted((r for r in rows if r.point == point), key=lambda r: r.tension)
     tension = np.array([r.tension for r in mine]) / N_PER_MM2
     modelled, measured, u = np.array([(r.modelled, r.measured, r.u) for r in mine]).T / MM_PER_M
-    fig, [[ax]] = style.figure(8.4, 4.8)
+    fig, [ax] = style.figure(8.4, 4.8)
     ax.plot(tension, modelled, color=BLUE, marker=".", label=name)
     look: dict[str, Any] = {"fmt": "o", "color": MEASURED, "capsize": 3.0, "markersize": 5.5}
     ax.errorbar(tension, measured, 2 * u, label="measured", **look)
@@ -94,7 +94,7 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
     steady rates these over tension, one mark a run."""
     recorded = [r for r in campaign.runs if len(r.travel)]
     if not recorded:
-        fig, [[ax]] = style.figure(7.0, 4.2)
+        fig, [ax] = style.figure(7.0, 4.2)
         tensions = {r.name: r.tension / N_PER_MM2 for r in campaign.runs}
         for point in range(4):
             if stated := [s for s in campaign.steady if np.isfinite(s.rates[point])]:
@@ -108,7 +108,7 @@ def understood_picture(path: str | os.PathLike | None, campaign: Campaign) -> Pa
     label = "y [mm]" if kinds == {"lateral"} else "roll [mrad]" if kinds == {"tilt"} else "y [mm], roll [mrad]"
     across = min(ACROSS, len(shown))
     down = -(-len(shown) // across)
-    fig, axes = style.panels(3.1 * across + 0.6, 2.3 * down + 1.2, down, across, len(shown), sharex=True)
+    fig, axes = style.figure(3.1 * across + 0.6, 2.3 * down + 1.2, down, across, count=len(shown), sharex=True)
     for n, (ax, run) in enumerate(zip(axes, shown, strict=True)):
         for k, signal in enumerate(campaign.signals):
             readings = run.signals.get(signal.name)
@@ -167,7 +167,7 @@ def map_picture(
     *names, label = (AXIS_LABELS.get(k, column.replace("_", " ")) for k, column in zip(known, columns, strict=True))
     title = label.split(" [")[0].capitalize()
     if len(axes) == 1:
-        fig, [[ax]] = style.figure(7.2, 4.4)
+        fig, [ax] = style.figure(7.2, 4.4)
         order = np.argsort(axes[0])
         x, z = axes[0][order], values[order]
         ax.plot(x, z if steady is None else steady[order], color=BLUE, label=None if steady is None else "steady rate")
@@ -181,7 +181,7 @@ def map_picture(
             ax.legend(loc="best")
         ax.set(xlabel=names[0], ylabel=label)
         return style.save(fig, path, title)
-    fig, [[ax]] = style.figure(7.6, 5.0)
+    fig, [ax] = style.figure(7.6, 5.0)
     limit = float(np.nanmax(np.abs(values))) or 1.0
     look: dict[str, Any] = {"cmap": style.diverging_map(), "vmin": -limit, "vmax": limit}
     across, up, z = (a.reshape(grid) for a in (*axes, values))
@@ -211,7 +211,7 @@ def bode_picture(path: str | os.PathLike, space: Any, highest: float) -> Path:
     at = slice(None, None, 16)
     exact, rational = plant.response(k)[:, :, 0], space.response(k[at])[:, :, 0]
     w = k * plant.speed
-    fig, [[gain], [phase]] = style.figure(8.0, 6.4, 2, 1, sharex=True)
+    fig, [gain, phase] = style.figure(8.0, 6.4, 2, 1, sharex=True)
     for n, colour in enumerate(POINT_COLOURS):
         gain.loglog(w, np.abs(exact[:, n]) * DEGREE / MM, _LINES[n], color=colour, label=POINT_NAMES[n])
         gain.loglog(w[at], np.abs(rational[:, n]) * DEGREE / MM, "o", color=colour, markersize=3)
@@ -351,7 +351,7 @@ def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys
     """Rates against one number, a line a set of the other keys; hollow where a run has not settled."""
     from matplotlib.lines import Line2D
 
-    fig, [[ax]] = style.figure(8.4, 4.8)
+    fig, [ax] = style.figure(8.4, 4.8)
     looks, handles = looks_of(runs, keys)
     lines: dict[str, tuple[dict[str, Any], list[FinishedRun]]] = {}
     for run, look in zip(runs, looks, strict=True):

@@ -50,7 +50,7 @@ def overlay_picture(
     columns = min(PANELS_ABREAST, len(panels))
     rows = -(-len(panels) // columns)
     size = max(PANEL_WIDTH * columns, 6.5), PANEL_HEIGHT * rows + 1.0
-    fig, axes = style.panels(*size, rows, columns, len(panels), layout=None, sharex=True)
+    fig, axes = style.figure(*size, rows, columns, count=len(panels), layout=None, sharex=True)
     entries = {}
     band: dict[str, Any] = {"color": FAINT_INK, "alpha": 0.35, "linewidth": 0}
     dots: dict[str, Any] = {"markersize": 3.2, "markeredgewidth": 0.0, "color": MEASURED, "alpha": 0.55}
@@ -105,7 +105,7 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
     rows = -(-len(maps) // columns)
     most = max(len(m.tension) for m in maps)
     size = 5.6 * columns + 0.8, rows * (0.42 * most + 1.1) + 1.1
-    fig, axes = style.panels(*size, rows, columns, len(maps), layout=None)
+    fig, axes = style.figure(*size, rows, columns, count=len(maps), layout=None)
     for k, (ax, one) in enumerate(zip(axes, maps, strict=True)):
         ratio, below = np.asarray(one.ratio, float), np.arange(len(one.tension) + 1)
         ax.set_facecolor(style.GRID)
@@ -137,7 +137,7 @@ def drift_chart_picture(
     """A plot a parameter: (before, after) the effect was added, if one was; names: as of an overlay. Bars are +-2 u, a
     triangle marks a value at the end of its range."""
     fig, axes = style.figure(4.6 * len(drifts) + 0.6, 4.2, 1, len(drifts), layout=None)
-    for ax, (before, after) in zip(axes[0], drifts, strict=True):
+    for ax, (before, after) in zip(axes, drifts, strict=True):
         if before.stated is not None:
             low, high = before.stated - 2 * before.u_stated, before.stated + 2 * before.u_stated
             ax.axhspan(low, high, color=FAINT_INK, alpha=0.3, linewidth=0)
@@ -158,7 +158,7 @@ def drift_chart_picture(
         ax.set_xticks([], minor=True)
         ax.margins(y=0.1)
         ax.set(xlabel="tension [N/mm²]", ylabel=f"{axis_label(before.parameter, before.unit)}, bars 2u")
-    entries = dict(zip(*reversed(axes[0][0].get_legend_handles_labels()), strict=True))
+    entries = dict(zip(*reversed(axes[0].get_legend_handles_labels()), strict=True))
     fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=2)
     style.place(fig, title, 1, len(drifts), left=0.75, right=0.15, top=0.5, bottom=1.2, across=0.85)
     return style.save(fig, path)
@@ -171,7 +171,7 @@ LEAST_DRAWN, MOST_DRAWN = 1e-4, 10.0
 @style.picture
 def visible_picture(path: str | os.PathLike, visible: Sequence[Visible], title: str) -> Path:
     """A bar an effect, from its smallest visible size to the largest that a machine could have; none where it hides."""
-    fig, [[ax]] = style.figure(8.0, 0.3 * len(visible) + 1.8, layout=None)
+    fig, [ax] = style.figure(8.0, 0.3 * len(visible) + 1.8, layout=None)
     rows = np.arange(len(visible))[::-1]
     ax.set_yticks(rows, [v.effect for v in visible])
     ax.grid(False, axis="y")
@@ -206,7 +206,7 @@ def unknown_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     """u against travel, a line a tension (or run) with two sigma about it."""
     factor, unit = shop_unit(d.unit)
     many = len(d.courses) > len(CYCLE)
-    fig, [[ax]] = style.figure(8.0, 4.4)
+    fig, [ax] = style.figure(8.0, 4.4)
     for k, c in enumerate(d.courses):
         colour, sd = CYCLE[k % len(CYCLE)], 2.0 * c.sd
         band: Any = {"alpha": 0.10 if many else 0.18, "linewidth": 0}
@@ -232,7 +232,7 @@ def law_picture(path: str | os.PathLike[str], d: Discovery) -> Path:
     elif d.law.variable_unit != "1":
         scale, of = (1e3, "mm/s") if d.law.variable_unit == "m/s" else shop_unit(d.law.variable_unit)
         xlabel = axis_label(d.law.variable, of)
-    fig, [[ax]] = style.figure(8.0, 4.6)
+    fig, [ax] = style.figure(8.0, 4.6)
     for k, a in enumerate(d.against):
         look: Any = {"linestyle": "none", "marker": "o", "markersize": 3.6, "markeredgewidth": 0.0, "alpha": 0.6}
         label = f"{a.tension / 1e6:g} N/mm²"

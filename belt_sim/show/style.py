@@ -110,26 +110,22 @@ def figure(
     rows: int = 1,
     columns: int = 1,
     *,
+    count: int | None = None,
     layout: Literal["constrained"] | None = "constrained",
     **grid,
-) -> "tuple[Figure, list[list[Axes]]]":
-    """An empty figure [inch] with rows x columns axes; layout: None where axes are placed by hand."""
+) -> "tuple[Figure, list[Axes]]":
+    """An empty figure [inch] and the first ``count`` axes of its rows x columns (None: all), row by row, the others
+    hidden; layout: None where axes are placed by hand."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     fig = Figure(figsize=(width, height), dpi=DPI, layout=layout)
     FigureCanvasAgg(fig)
-    axes = fig.subplots(rows, columns, squeeze=False, **grid)
-    return fig, [list(row) for row in axes]
-
-
-def panels(width: float, height: float, rows: int, columns: int, count: int, **grid) -> "tuple[Figure, list[Axes]]":
-    """An empty figure [inch] and the first ``count`` axes of its rows, the others hidden; as ``figure``."""
-    fig, axes = figure(width, height, rows, columns, **grid)
-    flat = [ax for row in axes for ax in row]
-    for ax in flat[count:]:
+    axes = fig.subplots(rows, columns, squeeze=False, **grid).ravel().tolist()
+    count = len(axes) if count is None else count
+    for ax in axes[count:]:
         ax.set_visible(False)
-    return fig, flat[:count]
+    return fig, axes[:count]
 
 
 LETTER, TITLE_LINE = 0.108, 0.2  # [inch], mean width of a letter of a title, and of one more line of it

@@ -61,7 +61,7 @@ def _draw(path: Path, found: list[dict[str, Any]]) -> None:
     names = [row.name for row in ROWS if any(f["row"] == row.name for f in found)][::-1]
     now, before = ({f["row"]: f["cpu_s"] for f in found if (f["tree"] == str(ROOT)) == own} for own in (True, False))
     with style.in_look():
-        figure, [[axes]] = style.figure(7.5, 0.34 * len(names) + 1.5)
+        figure, [axes] = style.figure(7.5, 0.34 * len(names) + 1.5)
         for k, name in enumerate(names):
             ends = [now[name], before.get(name, now[name])]
             axes.plot(ends, [k, k], color=style.FAINT_INK, linewidth=1.2, zorder=1)

@@ -624,7 +624,7 @@ def draw_reliability(path: Path, cases: Sequence[ScoredCase]) -> bool:
         return False
     at, found = np.arange(len(bins)), np.array([b.true.value for b in bins])
     low, high = np.array([b.true.interval for b in bins]).T
-    fig, [[ax]] = style.figure(1.6 + 0.85 * len(bins), 4.6)
+    fig, [ax] = style.figure(1.6 + 0.85 * len(bins), 4.6)
     look: dict[str, Any] = {"color": FAINT_INK, "linewidth": 2.4, "label": "probability said, mean"}
     ax.hlines([b.said for b in bins], at - 0.36, at + 0.36, **look)
     bars = np.maximum([found - low, high - found], 0.0)

@@ -45,7 +45,7 @@ def moving_curve(in_space: bool) -> Plate:
     s, y1, y4 = column(curves.travel), column(y_mm(curves.y[0])), column(y_mm(curves.y[3]))
 
     def draw() -> Any:
-        fig, [[ax]] = style.figure(8.0, 4.6)
+        fig, [ax] = style.figure(8.0, 4.6)
         ax.plot(s, y1, color=POINT_COLOURS[0], label="run-up point 1")
         ax.plot(s, y4, color=POINT_COLOURS[3], label="run-off point 4")
         zero_line(ax)
@@ -80,7 +80,7 @@ def rope_curves(in_space: bool) -> Plate:
     s, y = column(curves.travel), [column(y_mm(row)) for row in curves.y]
 
     def draw() -> Any:
-        fig, [[ax]] = style.figure(8.0, 4.6)
+        fig, [ax] = style.figure(8.0, 4.6)
         for k, colour in enumerate(POINT_COLOURS):
             ax.plot(s, y[k], color=colour, label=f"point {POINT_NAMES[k]}")
         zero_line(ax)
@@ -115,7 +115,7 @@ def bounds(in_space: bool) -> Plate:
     numbers |= {f"beam_th2_{t:g}_N_per_mm2_y1_mm": column(y_mm(moving("beam_th2", t).y[0])) for t in BOUNDED}
 
     def draw() -> Any:
-        fig, [[ax]] = style.figure(8.0, 5.0)
+        fig, [ax] = style.figure(8.0, 5.0)
         s = numbers["travel_m"]
         ax.fill_between(s, numbers["beam_th1_y1_mm"], numbers["rope_y1_mm"], color=FAINT_INK, alpha=0.18, linewidth=0)
         named: dict[str, Any] = {"color": RED, "annotation_clip": False}
@@ -225,7 +225,7 @@ def rates(in_space: bool) -> Plate:
         }
 
     def draw() -> Any:
-        fig, [[left, right]] = style.figure(9.6, 5.4, 1, 2, sharey=True)
+        fig, [left, right] = style.figure(9.6, 5.4, 1, 2, sharey=True)
         for model in closed:
             left.plot(fine, late[model], **LOOKS[model].line)
         for model in MOVING:

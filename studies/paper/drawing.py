@@ -22,7 +22,7 @@ BOTH_WAYS = {"arrowstyle": "<->", "color": INK, "linewidth": 1.0, "shrinkA": 0, 
 
 def mosaic(width: float, height: float, layout: Sequence[Sequence[str]], **grid: Any) -> tuple[Any, dict[str, Any]]:
     """A figure [inch] and its axes by the names in ``layout``; ``grid`` as for Figure.subplot_mosaic."""
-    fig, [[whole]] = style.figure(width, height)
+    fig, [whole] = style.figure(width, height)
     whole.remove()
     return fig, fig.subplot_mosaic([list(row) for row in layout], **grid)
 

@@ -218,7 +218,7 @@ def web_line(config: dict[str, Any]) -> None:
 @style.picture
 def draw(path: Path, found: Mapping[str, np.ndarray]) -> Path:
     """One step at each section's end: measured, spans only, and with wraps."""
-    fig, [axes] = style.figure(11.0, 3.6, columns=3)
+    fig, axes = style.figure(11.0, 3.6, columns=3)
     for ax, section, window in zip(axes, SECTIONS, ((64, 82), (64, 84), (62, 84)), strict=True):
         time, source, target = record(28, section)
         shown = (time > window[0]) & (time < window[1])
