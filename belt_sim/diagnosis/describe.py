@@ -23,6 +23,7 @@ from belt_sim.effects.base import Effect
 from belt_sim.effects.generic_law import GenericLaw, law_entry
 from belt_sim.io import provenance
 from belt_sim.results.diagnosis import (
+    STAMP,
     Candidate,
     Confusable,
     Diagnosis,
@@ -215,7 +216,7 @@ def _effects(d: Findings) -> tuple[tuple[FoundEffect, ...], tuple[TiedSet, ...]]
                 parameters=seen[name],
                 probability=held_back(decision.named[name], type(effect), seen[name], alone.get(name, {})),
                 confusable_with=decision.confusable.get(name, ()),
-                rejected=decision.verdict not in (Verdict.ADEQUATE, Verdict.EXPLAINED),
+                stamp="" if decision.verdict in (Verdict.ADEQUATE, Verdict.EXPLAINED) else STAMP,
                 source_file=getattr(type(effect), "source_file", None),
                 law=law_entry(effect) if isinstance(effect, GenericLaw) else None,
                 alone=alone[name] if not seen[name] else {},

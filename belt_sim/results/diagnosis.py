@@ -17,17 +17,6 @@ from belt_sim.results.words import Display, Table, join_words
 from belt_sim.units import MM
 
 STAMP = "effective value, model rejected"  # what has to stand beside the numbers of a rejected model
-#: whether a model is rejected; in files the stamp, or nothing
-Rejected = Annotated[
-    bool,
-    Field(
-        alias="stamp",
-        exclude_if=lambda rejected: not rejected,
-        description="What has to stand beside the numbers of a rejected model.",
-    ),
-    BeforeValidator(bool),
-    PlainSerializer(lambda rejected: STAMP if rejected else "", return_type=str),
-]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -35,9 +24,9 @@ class FoundEffect:
     """An effect that the model lacks; numbers: every parameter in SI; parameters: those that the readings can see.
 
     probability: its weight against what could stand in its place, confusable_with; source_file: of an effect of one's
-    own; law: its entry in an effects.yaml; rejected: even with it the model fails, so that its numbers are effective
-    values; alone: what each of several numbers would be without the others, where only together they are known;
-    by_explanation: parameters in each of several tied explanations that all have the effect.
+    own; law: its entry in an effects.yaml; stamp: STAMP where even with it the model fails, so that its numbers are
+    effective values; alone: what each of several numbers would be without the others, where only together they are
+    known; by_explanation: parameters in each of several tied explanations that all have the effect.
     """
 
     id: str
@@ -49,7 +38,7 @@ class FoundEffect:
     law: Annotated[Mapping[str, Any] | None, file_field("law", omit_empty=True)] = None
     alone: Annotated[Mapping[str, Estimate], file_field("alone", omit_empty=True)] = field(default_factory=dict)
     by_explanation: Annotated[tuple[Mapping[str, Estimate], ...], file_field("by_explanation", omit_empty=True)] = ()
-    rejected: Rejected = False
+    stamp: Annotated[str, file_field("stamp", omit_empty=True)] = ""
 
     @property
     def told(self) -> Mapping[str, Estimate]:
@@ -78,7 +67,7 @@ class FoundEffect:
         """The effect in a line, with its sizes on a machine."""
         others = ", ".join(map(" + ".join, self.confusable_with))
         alike = f"; confusable with {others}" if others else ""
-        stamp = f" ({STAMP})" if self.rejected else ""
+        stamp = f" ({self.stamp})" if self.stamp else ""
         sizes, sure = ", ".join(self.sizes_on(machine)), words.decimal(self.probability, 2)
         return f"{self.id}: {sizes}; probability {sure}{alike}{stamp}"
 

@@ -21,7 +21,6 @@ from belt_sim.results import words
 from belt_sim.results.diagnosis import (
     LIKELY_FROM,
     SOMETHING_UNKNOWN,
-    STAMP,
     WRONG_MODEL,
     Candidate,
     Diagnosis,
@@ -209,7 +208,7 @@ def rival_cards(d: Diagnosis) -> list[dict[str, Any]]:
         card: dict[str, Any] = {name: [x for c in single for x in c[name]] for name in ("parts", "sizes", "marks")}
         card |= {name: " ".join(c[name] for c in single) for name in ("about", "check")}
         card |= {"id": " + ".join(rival.effects), "fault": " and ".join(c["fault"] for c in single)}
-        card |= {"sure": sureness(rival.probability, d.asked_for), "unsure": True}
+        card |= {"sure": sureness(rival.probability, d.asked_for), "unsure": True, "stamp": ""}
         cards.append(card | {"of_model": all(c.get("of_model", False) for c in single)})
     return cards
 
@@ -230,7 +229,7 @@ def plant_card(e: FoundEffect, machine: MachineSizes | None = None, asked_for: i
         "sure": sureness(e.probability, asked_for),
         "unsure": e.probability < LIKELY_FROM,
         "others": others,
-        "stamp": STAMP if e.rejected else "",
+        "stamp": e.stamp,
     }
 
 

@@ -60,7 +60,7 @@ def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
 def tell_diagnosis(d: "Diagnosis", folder: Path, *, verbose: bool = False) -> None:
     """Verdict, what takes certainty off it, effects, where the model fails, how the error falls, what to do next;
     verbose: the tables of candidates and of errors as well."""
-    from belt_sim.results.diagnosis import SHOWN_ACTIONS, STAMP, error_line
+    from belt_sim.results.diagnosis import SHOWN_ACTIONS, error_line
     from belt_sim.show.report import plant_card, rival_cards
 
     rivals = rival_cards(d)
@@ -73,7 +73,7 @@ def tell_diagnosis(d: "Diagnosis", folder: Path, *, verbose: bool = False) -> No
         say(capital(doubt), 2)
     for number, c in cards:
         say(f"{number}{c['id'] or 'nothing more'}: {c['fault']}", 2)
-        for line in (*c["sizes"], *([STAMP] if c.get("stamp") else []), c["sure"]):
+        for line in filter(None, (*c["sizes"], c["stamp"], c["sure"])):
             say(line, 5)
     found = d.discovery if d.discovery is not None and d.discovery.found else None
     said = [found.sentence] if found is not None and (d.law_holds or found.law is None) else []

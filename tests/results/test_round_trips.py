@@ -13,6 +13,7 @@ from shipped_schema import check
 
 from belt_sim.errors import InputError
 from belt_sim.results.diagnosis import (
+    STAMP,
     Candidate,
     Confusable,
     Estimate,
@@ -52,7 +53,7 @@ EFFECTS = st.builds(
     parameters=PARAMETERS,
     probability=SHARES,
     confusable_with=st.lists(st.lists(NAMES, min_size=1, max_size=2).map(tuple), max_size=3, unique=True).map(tuple),
-    rejected=st.booleans(),
+    stamp=st.sampled_from(["", STAMP]),
     source_file=st.none() | st.just("mine.py"),
     law=st.none() | st.just({"id": "generic_law", "tension": 1e7, "terms": [{"place": "yaw_tail", "size": 1e-4}]}),
     alone=st.dictionaries(NAMES, ESTIMATES, max_size=2),

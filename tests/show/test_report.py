@@ -15,7 +15,7 @@ from belt_sim.api.plot import report_pictures
 from belt_sim.campaign import Suspicion
 from belt_sim.errors import BeltError
 from belt_sim.io import ROOT
-from belt_sim.results.diagnosis import Candidate, Confusable, NextRun, Verdict
+from belt_sim.results.diagnosis import STAMP, Candidate, Confusable, NextRun, Verdict
 from belt_sim.results.errors import Change, Drawings, Errors
 from belt_sim.results.words import thousandths
 from belt_sim.show.report import (
@@ -255,7 +255,7 @@ def test_unknown_shows_its_card_and_names_the_nearest():
 
 
 def test_values_of_a_rejected_model_are_stamped(explained):
-    stamped = replace(explained, verdict=Verdict.PARTLY, effects=(replace(explained.effects[0], rejected=True),))
+    stamped = replace(explained, verdict=Verdict.PARTLY, effects=(replace(explained.effects[0], stamp=STAMP),))
     assert "effective value, model rejected" in Page(render(stamped)).text
     assert "effective value, model rejected" not in Page(render(explained)).text
 
