@@ -188,10 +188,10 @@ def _read_runs(text: str, problems: list[Problem]) -> tuple[CsvTable | None, dic
             line = table.lines[table.rows[name][0]]
             table.refuse(row, "run", name, "", f"stands already in line {line}; give every run its own name")
             continue
-        values |= {key: None for key in ("start", "y0") if math.isnan(values[key])}
         run_in = 0.0 if math.isnan(values["run_in"]) else values["run_in"]
         values["yaw_at"] += run_in
-        values["start"] = None if values["start"] is None else values["start"] - run_in
+        values["start"] -= run_in
+        values |= {key: None for key in ("start", "y0") if math.isnan(values[key])}
         if values["yaw_at"] < 0.0:
             remedy = f"is before the record: state run_in_m of at least {run_in - values['yaw_at']:g}, how far the belt"
             remedy += " had run from a straight start when the record began, or leave this at 0 beside run_in_m"

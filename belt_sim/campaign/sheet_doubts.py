@@ -46,14 +46,11 @@ YAW_DELAYS = (0.03, 0.07, 0.15, 0.3, 0.6, 1.0, 2.0)
 WIDTHS = (0.1, 0.5, 0.8, 1.25, 2.0, 10.0)
 FEET, INCH, KILOPOND = 0.3048, 25.4, 9.80665
 #: Readings as they should be, over the stated ones -> the slip.
-_READINGS = tuple(
-    (size, f"were {unit} entered as {other}")
-    for size, unit, other in (
-        (INCH, "inches", "mm"),
-        (1.0 / INCH, "mm", "inches"),
-        (10.0, "cm", "mm"),
-        (0.1, "mm", "cm"),
-    )
+_READINGS = (
+    (INCH, "were inches entered as mm"),
+    (1.0 / INCH, "were mm entered as inches"),
+    (10.0, "were cm entered as mm"),
+    (0.1, "were mm entered as cm"),
 )
 LONGEST_CENTRE_DISTANCE = 1000.0  # [m]
 

@@ -81,8 +81,6 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     asked: list[Question] = []
     if machine and belt and not missing:
         missing += (asked := doubts(made, tables, entry, machine, belt))
-    if not (found.recorded or found.rated or missing):
-        raise InputError("files", "no run", "", "no run was found in them; is the right column the run or the travel?")
     if not (found.rated or missing or any(set(run.record) - {TIME_COLUMN} for run in made)):
         remedy = "no column of a signal holds numbers"
         if any(t.file.suffix.lower() == ".xlsx" for t in tables):

@@ -423,6 +423,8 @@ def _use_one(role: str, same: list[int], columns: list[Column], use: str, notes:
         together = np.stack([columns[k].si() for k in same])
         total = together.sum(axis=0) if use == "sum" else together.mean(axis=0)
         first, names = columns[same[0]], ", ".join(columns[k].name for k in same)
+        if len({columns[k].dimension for k in same}) > 1:
+            raise InputError(f"use.{role}", use, "", f"{names} are in units of several kinds; name one of them")
         columns[same[0]] = replace(first, values=total / first.factor, proposed_by=f"{use} of {names}")
         chosen, why = same[:1], f"in the {use} of {names}"
     else:

@@ -244,6 +244,8 @@ def _assemble(
         return None
     if len(way.keep) < FEWEST_ROWS:
         raise block.refuse(0, "rows", len(way.keep), "", f"run {block.name} has too few rows with time or travel")
+    if lost := np.delete(block.lines, way.keep).tolist():
+        way.notes.append(f"{len(lost)} rows without time or travel were left out (line {shortlist(lost)})")
     block = block.select_rows(way.keep)
     moved = {} if way.speed is None else {"speed": Setting(round_digits(way.speed, LOGGED_DIGITS), BY_TRAVEL)}
     moved |= {"direction": Setting(-1.0, "the sign of travel or speed")} if way.direction < 0.0 else {}
@@ -596,11 +598,9 @@ def _reading_at_yaw(travel: np.ndarray, y: np.ndarray) -> float:
     """Reading [SI] at the yaw, travel (n,) from there [m]: as the checks take it, or a line through the first readings
     after it where fewer than three stand before it."""
     there = np.isfinite(y)
-    if (there & (travel < 0.0)).sum() >= 3:
-        return reading_at_yaw(travel, y)
     s, values = travel[there], y[there]
-    if not len(s):
-        return 0.0
+    if (s < 0.0).sum() >= 3 or not len(s):
+        return reading_at_yaw(s, values)
     near = s <= max(0.01 * (s[-1] - s[0]), 4.0 * float(np.median(np.diff(s))) if len(s) > 4 else 0.0)
     if near.sum() < 4:
         return float(values[0])

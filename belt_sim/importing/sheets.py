@@ -157,10 +157,6 @@ def signals_of(
     return tuple(sheets), noise, remarks
 
 
-#: travel [m] and values of one signal along it, each (n,)
-Trace = tuple[np.ndarray, np.ndarray]
-
-
 def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     """Noise of one signal from all runs that have it; span [m]."""
     own = [r for r in runs if signal in r.signals and np.isfinite(r.signals[signal]).sum() >= 3]
@@ -204,8 +200,9 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     return NoiseRead(white, wander, length, zero, white_from, source, zero_from, by_run)
 
 
-def _levels(traces: list[Trace], white: float) -> tuple[float, float, float]:
-    """(wander sd, wander length, white) of correlated noise exp(-d/length) and white noise, by the structure function.
+def _levels(traces: list[tuple[np.ndarray, np.ndarray]], white: float) -> tuple[float, float, float]:
+    """(wander sd, wander length, white) of correlated noise exp(-d/length) and white noise, by the structure function
+    of traces: travel [m] and values along it, each (n,).
 
     Half the mean squared difference over a lag d is white^2 + sd^2 (1 - exp(-d/length)).
     """
@@ -360,15 +357,8 @@ PLAN_COLUMNS = ("run", "N/mm2", "yaw deg", "m/s", "direction", "good for")
 def plan_rows(planned: Sequence[PlannedRun]) -> list[tuple[str, ...]]:
     """The plan as rows of PLAN_COLUMNS."""
     return [
-        (
-            r.name,
-            f"{r.tension / N_PER_MM2:g}",
-            f"{r.yaw / DEGREE:+.3g}",
-            f"{r.speed:g}",
-            f"{r.direction:+.0f}",
-            good_for,
-        )
-        for r, good_for in planned
+        (r.name, f"{r.tension / N_PER_MM2:g}", f"{r.yaw / DEGREE:+.3g}", f"{r.speed:g}", f"{r.direction:+.0f}", words)
+        for r, words in planned
     ]
 
 

@@ -80,6 +80,9 @@ def travel_of(
     if logged is not None:
         keep, way, sign = _logged_travel(block, logged, time, notes)
         way, stood = _over_standstills(block, keep, way, time, standstill, notes, open_questions)
+        if speeds is not None and np.nanmedian(speeds) < 0.0 < sign:
+            sign = -1.0
+            notes.append("the speed is negative: direction -1")
     elif time is None:
         return None
     else:

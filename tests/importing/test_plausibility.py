@@ -204,6 +204,7 @@ def test_a_run_that_stands_twice_in_a_table_of_rates_is_refused(tmp_path):
 
 @pytest.mark.parametrize(("name", "value", "key", "is_then"), [
     ("speed [m/s]", 2.0, "speed", 2.0), ("yaw at [m]", 5.0, "yaw_at", 5.0), ("direction", -1.0, "direction", -1.0),
+    ("speed [m/s]", -2.0, "direction", -1.0),
 ])  # fmt: skip
 def test_a_setting_that_a_column_of_the_record_holds_is_that_of_the_run(tmp_path, name, value, key, is_then):
     """Guard: a speed beside a travel without a time, and a column of where the yaw was set, went unsaid."""
@@ -222,7 +223,17 @@ def test_a_direction_that_turns_within_a_run_is_refused_unless_it_is_stated(tmp_
     assert stated.complete().runs[0].direction == 1.0
 
 
-def test_rows_without_a_run_are_told(tmp_path):
-    runs = np.where((L.travel > 10.0) & (L.travel < 12.0), "", "a")
-    made = proposal(tmp_path / "a.csv", ["run", "travel [m]", "y1 [mm]"], [runs, L.travel, L.y1])
+def test_rows_without_a_run_or_a_travel_are_told(tmp_path):
+    header, gap = ["run", "travel [m]", "y1 [mm]"], (L.travel > 10.0) & (L.travel < 12.0)
+    made = proposal(tmp_path / "a.csv", header, [np.where(gap, "", "a"), L.travel, L.y1])
     assert any("run is blank in line" in n.text for n in made.notes)
+    made = proposal(tmp_path / "b.csv", header, [["a"] * len(gap), np.where(gap, np.nan, L.travel), L.y1])
+    assert any(f"{gap.sum()} rows without time or travel were left out (line " in n.text for n in made.notes)
+
+
+def test_a_stress_and_a_force_have_no_mean(tmp_path):
+    """Guard: their mean was that of N/m2 and N, half the stress."""
+    header = ["travel [m]", "tension left [N/mm2]", "tension right [N]", "y1 [mm]"]
+    columns = [L.travel, 0.0 * L.travel + 10.0, 0.0 * L.travel + 600.0, L.y1]
+    with pytest.raises(InputError, match=r"use\.tension = mean: tension left .* are in units of several kinds"):
+        proposal(tmp_path / "a.csv", header, columns, use={"tension": "mean"})
