@@ -73,21 +73,19 @@ ANY_SEED = shape(0, lambda plan, rng: int(rng.integers(2**31)))
 #: pulley, shape (2, batch).
 FAULT_HOOKS: dict[str, Callable[..., Any]] = {
     "set": lambda f, line: line,  # the line with its constants changed
-    "yaw": lambda f, s, line: 0.0,  # added to the tail pulley's yaw [rad]
-    "yaw_head": lambda f, s, line: 0.0,  # added to the head pulley's yaw [rad]
+    "yaw": lambda f, s, line: 0.0,  # added to the yaw of the tail and the head pulley [rad], (2, batch)
     "turn": lambda f, s, line, y, kappa: 0.0,  # curvature added to kappa where the belt runs up [1/m], (2, batch)
     "recall": lambda f, s, past: 0.0,  # the same from the past of the belt (a ``march.BeltMarch``)
-    # (y, alpha) at the run-ups of tail and head at travels s <= 0 (..., batch), shape (4, ..., batch)
+    # (y, alpha) at the run-ups at travels s <= 0 of tail and head, (2, ..., batch); shape (2, 2, ..., batch)
     "initial_state": lambda f, s, line: 0.0,
     "slide": lambda f, s, line, alpha: 1.0,  # factor on the lateral velocity where the belt runs up
     # how far the belt slid sideways over the wraps of tail and head that it leaves [m]; alpha: with which it ran up;
     # both of shape (2, ..., batch)
     "creep": lambda f, s, line, alpha: 0.0,
-    "tension": lambda f, s, line: 0.0,  # relative change of the tension, within ``swing``
     # how the spans above (upper, (batch,)) or below are changed at one of ``span_states``
     "sections": lambda f, state, line, upper: Sections(),
     # what the change depends on at travel s (..., batch), for the span that runs to the tail or the head pulley;
-    # ends: (y, theta) at its run-off and at its run-up, each (2, ..., batch)
+    # ends: y, theta at its run-off, y, theta at its run-up, (4, ..., batch)
     "span_state": lambda f, s, line, to_tail, ends: 0.0 * line.stress,
     "loads": lambda f, line: (),  # ``UnitLoad``s on the spans
     # how much of a load acts, and what the load remembers, each (batch,); free: y at its place if nothing acted there;
@@ -130,8 +128,6 @@ class Fault:
     idle_on: ClassVar[tuple[str, ...]] = ()
     #: values of ``span_state`` at which the spans are worked out; between them they are interpolated
     span_states: ClassVar[tuple[float, ...]] = (0.0,)
-    #: the least and the largest relative change of the tension
-    swing: ClassVar[Any] = (0.0, 0.0)
     place: ClassVar[str] = ""
     variable: ClassVar[str] = ""
     form: ClassVar[str] = ""
@@ -156,9 +152,9 @@ def has_hook(fault: Fault | type[Fault], hook: str) -> bool:
     return getattr(fault if isinstance(fault, type) else type(fault), hook) is not FAULT_HOOKS[hook]
 
 
-def on_tail(amount: Callable) -> Callable:
-    """The hook ``turn`` of what turns the belt on the tail pulley only; amount: (fault, s, line) -> [1/m]."""
-    return lambda f, s, line, y, kappa: amount(f, s, line) * ON_TAIL_PULLEY
+def on_tail(amount: Callable, pulley: np.ndarray = ON_TAIL_PULLEY) -> Callable:
+    """The hook ``turn`` or ``yaw`` of what acts on one pulley only; amount: (fault, s, line) -> [1/m] or [rad]."""
+    return lambda f, s, line, *state: amount(f, s, line) * pulley
 
 
 def steady(load: Callable) -> Callable:
@@ -329,9 +325,9 @@ def _askew(f, s, line):
 
 def _askew_at_first(f, s, line):
     """What has the slope -y'' = turn and no more: y' = -alpha."""
-    at = _askew(f, s, line)
-    none = 0.0 * at
-    return np.stack([-f.beta_1 * line.tail_radius * np.sin(at), f.beta_1 * np.cos(at), none, none])
+    at = _askew(f, s[0], line)
+    tail = f.beta_1 * np.stack([-line.tail_radius * np.sin(at), np.cos(at)])
+    return np.stack([tail, 0.0 * tail])
 
 
 def _sensors(letter: str, unit: str, typical: float, limit: float, shown: Callable) -> dict[str, Any]:
@@ -454,12 +450,12 @@ _TABLE: dict[str, dict[str, Any]] = {
         "words": "The machine warms up: the tail pulley turns by rate tau (1 - exp(-t/tau)), t since travel 0.",
         "rate": size("rad/s", 1e-6, 1e-5),
         "time_constant": TIME_CONSTANT,
-        "yaw": lambda f, s, line: f.rate * warm_up(s, line, f.time_constant),
+        "yaw": on_tail(lambda f, s, line: f.rate * warm_up(s, line, f.time_constant)),
     },
     "unequal_tension": {
         "words": "The tensioners pull unequally on both sides: the tail turns in proportion to the belt's force.",
         "yaw_per_force": size("rad/N", 1e-7, 2e-6),
-        "yaw": lambda f, s, line: f.yaw_per_force * line.force,
+        "yaw": on_tail(lambda f, s, line: f.yaw_per_force * line.force),
     },
     # Shape and mounting of the pulleys.
     "taper": {
@@ -470,7 +466,7 @@ _TABLE: dict[str, dict[str, Any]] = {
     "thickness_wedge": {
         "words": "The belt is thicker towards +y: its middle runs on the pulley's radius and half of it below, a cone.",
         "slope": size("1", 7e-6, 1e-4),
-        "turn": lambda f, s, line, y, kappa: 0.5 * f.slope / np.stack([line.tail_radius, line.head_radius]),
+        "turn": lambda f, s, line, y, kappa: 0.5 * f.slope / line.radii,
     },
     "taper_drift": {
         "words": "The tail grows a taper as it warms up: kappa_t = rate tau (1 - exp(-t/tau)), t since travel 0.",

@@ -80,6 +80,9 @@ _REFINED, _CLOSE = 2, 0.01  # rounds in which the size is closed in on, and how 
 _ROUNDS = 2  # more, in which machine and settings are put where a change looks like them
 _FURTHEST = 10.0  # sigma, by which they are
 _SEEN = 0.1  # noise units, below which it does not matter that they bend there
+# An effect that shows less than a hundredth of the noise at a third of its typical size (``_SMALL``) is rounding, and
+# explains nothing; nor do effects that would have to cancel each other to a thousandth of their sizes d.
+_UNSEEN, _CANCELLING = 0.01, 1e-3
 
 
 class Detectability:
@@ -131,7 +134,7 @@ class Detectability:
         blocks = {}
         for name, columns in library_signatures(self.plan, self.law).items():
             reduced = np.stack([self.reduce(c) for c in columns], axis=1)
-            blocks[name] = reduced / np.maximum(np.linalg.norm(reduced, axis=0), 1e-30)
+            blocks[name] = reduced / np.maximum(np.linalg.norm(reduced, axis=0), _UNSEEN)
         axes = np.linalg.qr(np.concatenate(list(blocks.values()), axis=1))[0]
         return axes, {name: axes.T @ block for name, block in blocks.items()}
 
@@ -261,7 +264,7 @@ def library_distance(rule: Detectability, faults: Sequence[Fault]) -> LibraryDis
         kept = []
         for names in sets:
             basis = np.concatenate([blocks[n] for n in names], axis=1)
-            rest = inside - basis @ np.linalg.lstsq(basis, inside, rcond=1e-7)[0]
+            rest = inside - basis @ np.linalg.lstsq(basis, inside, rcond=_CANCELLING)[0]
             kept.append((float(np.sqrt(np.sum(rest**2) + beyond)), names))
         kept.sort()
         best.append(kept[0][0])

@@ -30,6 +30,11 @@ class SpanResponse:
     tilt: np.ndarray
     nodes: np.ndarray
 
+    @property
+    def rows(self) -> np.ndarray:
+        """Of run-up, run-off and tilt, (3, 4, batch)."""
+        return np.stack([self.run_up, self.run_off, self.tilt])
+
 
 @dataclass(frozen=True, kw_only=True)
 class Sections:
@@ -232,25 +237,29 @@ class Line:
         """Length of the endless belt [m]."""
         return 2 * self.span_length + self.wrap_tail + self.wrap_head
 
-    def along_bent_axes(self, y, past):
-        """State (4, ...) at the run-ups and (y, alpha) (2, ...) of what leaves the tail and the head pulley, their
-        angles counted from the straight line between the bearings: a bent pulley is yawed where the belt lies."""
-        if not np.any(self.deflection):
-            return y, past
-        bow, lean = self.deflection * self.force, np.zeros_like(y)
-        lean[1::2] = -bow * y[::2]
-        return y + lean, tuple(np.stack([off[0], off[1] + bow * off[0]]) for off in past)
+    @property
+    def radii(self) -> np.ndarray:
+        """Of the tail and of the head pulley [m], (2, batch)."""
+        return np.stack([self.tail_radius, self.head_radius])
 
-    def span(self, tension_share: float = 1.0, *, to_tail: bool | np.ndarray = True, **more) -> SpanResponse:
-        """The response at a share of the tension of the free span that runs to the tail (or to the head) pulley, which
-        may be another in every lane; more: as of ``solve_span``.
+    @property
+    def wraps(self) -> np.ndarray:
+        """Wrapped arcs of the tail and of the head pulley [m], (2, batch)."""
+        return np.stack([self.wrap_tail, self.wrap_head])
+
+    def span(
+        self, *, to_tail: bool | np.ndarray = True, sections: Sections = AS_STATED, loads=None, tilts=()
+    ) -> SpanResponse:
+        """The response of the free span that runs to the tail (or to the head) pulley, which may be another in every
+        lane; else as of ``solve_span``, but tension of the sections (batch,).
 
         With a bending layer the ends give way. The belt lies on the pulley to where its layer begins, whose slope is
         (length/R) exp(-x/length) towards the straight line. There a couple M about z twists it. The rate of twist t
         obeys D b^3/12 t'' - T t = M times that slope, t = 0 at the pulley: the difference of two exponentials.
         """
-        line, yields = replace(self, stress=self.stress * tension_share), []
+        line, yields = self, []
         if np.any(self.layer):
+            line = replace(self, stress=self.stress * sections.tension)
             plate = line.youngs_modulus * line.thickness**3 / (12 * (1 - line.poisson_ratio**2))
             length = np.sqrt(plate / (line.stress * line.thickness))
             twist = np.sqrt(plate * line.width**3 / 12 / line.torsion)  # the other length, along which a twist dies out
@@ -262,8 +271,8 @@ class Line:
                 slope = -line.layer * turned / line.torsion
                 cross = at_runup * upper * line.layer * rolled / line.torsion
                 yields.append(np.stack([np.stack([slope, cross], -1), np.stack([cross, 0 * cross], -1)], -2))
-        coupling, ends = line.sag_roll * line.sag_curvature, yields or None
-        return solve_span(line.span_length, line.bending, line.force, line.torsion, coupling, yields=ends, **more)
+        stated = self.span_length, self.bending, self.force, self.torsion, self.sag_roll * self.sag_curvature
+        return solve_span(*stated, sections, yields or None, loads, tilts)
 
     @cached_property
     def runup_sensitivity(self) -> np.ndarray:
@@ -298,6 +307,12 @@ class UnitLoad:
     fault: Any = None
     now: Numbers = 0.0
     kept: Any = None
+
+    def act(self, s, line: Line, ends: np.ndarray, kept) -> tuple[np.ndarray, Any]:
+        """How much of it acts, and what it then remembers, given the spans' ends (2, 4, ..., batch)."""
+        at = np.where(self.to_tail, *ends)
+        free = sum(row * value for row, value in zip(self.row, at, strict=True))
+        return self.fault.push(s, line, self, free, kept)
 
 
 def unit_load(line: Line, upper: bool, kind: str, share=None) -> UnitLoad:

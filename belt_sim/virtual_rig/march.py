@@ -7,6 +7,9 @@ run-up and -yaw at the run-off, on the head -yaw and +yaw, whichever way the bel
 
 Friction lets a run-up go once, at each change of the commanded yaw, as far as the entry moment that is then left
 wants (``slip_turn``); and it lets a run-off go all the time, as far as the moment there differs from that of landing.
+
+Arrays have these axes, whichever of them they have: pulley (0 tail, 1 head) or the span that runs to it; y and angle,
+or the four boundary values y, theta at the run-off and y, theta at the run-up; readings n; batch.
 """
 
 import math
@@ -21,39 +24,8 @@ from belt_sim.campaign import SignalSheet
 from belt_sim.campaign.types import kind_at
 from belt_sim.case import GRAVITY, Belt, Rig
 from belt_sim.virtual_rig.faults import FAULT_HOOKS, Fault, has_hook
-from belt_sim.virtual_rig.line import Line, SpanResponse
+from belt_sim.virtual_rig.line import Line
 from belt_sim.virtual_rig.plan import Noise, Plan
-
-
-class SpanTable:
-    """What a fault adds to the response of one of the two spans, against the fault's ``span_state``."""
-
-    def __init__(self, fault: Fault, line: Line, to_tail: bool) -> None:
-        upper = (line.direction > 0) == to_tail
-        nominal = line.span(to_tail=to_tail)
-        found = [line.span(to_tail=to_tail, sections=fault.sections(x, line, upper)) for x in fault.span_states]
-        self.fault, self.line, self.to_tail, self.states = fault, line, to_tail, np.array(fault.span_states)
-        self.added = {n: np.stack([getattr(f, n) - getattr(nominal, n) for f in found]) for n in _RESPONSES}
-
-    def added_at(self, s, ends, names: Sequence[str] = ("run_up", "run_off")) -> dict[str, np.ndarray]:
-        """Name of a row of ``SpanResponse`` -> what is added to it at travel s (..., batch), shape (4, ..., batch)."""
-        rows = np.arange(4).reshape(-1, *(1,) * max(np.ndim(s), 1))
-        state = self.fault.span_state(s, self.line, self.to_tail, ends)
-        state = np.broadcast_to(state, np.broadcast_shapes(np.shape(s), self.line.stress.shape))
-        lanes = np.arange(state.shape[-1])
-        if len(self.states) == 1:
-            return {n: self.added[n][np.zeros(state.shape, int), rows, lanes] for n in names}
-        k = np.clip(np.searchsorted(self.states, state, side="right") - 1, 0, len(self.states) - 2)
-        t = np.clip((state - self.states[k]) / (self.states[k + 1] - self.states[k]), 0.0, 1.0)
-        return {n: (1 - t) * self.added[n][k, rows, lanes] + t * self.added[n][k + 1, rows, lanes] for n in names}
-
-
-_RESPONSES = ("run_up", "run_off", "tilt")
-
-
-def dot(row, off, up):
-    return row[0] * off[0] + row[1] * off[1] + row[2] * up[0] + row[3] * up[1]
-
 
 # Friction: how far the end of a wrapped belt turns where friction alone holds its moment; equilibrium, integrated once.
 #
@@ -69,47 +41,40 @@ _AGAIN = 12  # times that the zone of what is left is worked out
 _FAINT = 1e-30  # of a curvature [1/m], instead of none
 
 
-def slip_turn(kappa, stiff, line: Line, held) -> tuple[np.ndarray, np.ndarray]:
-    """Angle [rad] by which a step of curvature ``kappa`` [1/m] turns the belt on the tail and on the head pulley, and
-    how far [m] its end goes aside; shape (2, batch).
+def slip_turn(kappa, stiff, line: Line, held) -> np.ndarray:
+    """How far [m] the belt's end goes aside and the angle [rad] by which it turns, where a step of curvature ``kappa``
+    [1/m], shape (2, batch), is left to friction; shape (2, 2, batch).
 
     stiff: curvature that a radian takes away [1/m]; held: where nothing slides.
     """
-    radius, wrap = np.stack([line.tail_radius, line.head_radius]), np.stack([line.wrap_tail, line.wrap_head])
-    couple = 4 * radius * line.bending * line.slippery / (line.force * line.width)
+    couple = 4 * line.radii * line.bending * line.slippery / (line.force * line.width)
     zone = 0.0 * kappa
     for _ in range(_AGAIN):
         left = kappa / (1 + stiff * zone / 2)
         longest = couple * np.abs(left)
         share, aside = (np.interp(longest / line.width, *rows) for rows in _zones())
-        zone = np.where(held, 0.0, np.minimum(longest * share, wrap))
-    return left * zone / 2, aside * left * zone**2 / 2
+        zone = np.where(held, 0.0, np.minimum(longest * share, line.wraps))
+    return np.stack([aside * left * zone**2 / 2, left * zone / 2], axis=1)
 
 
 @cache
 def _zones():
     """(length were there no side force, in widths; share of it that slides) and (the same; way aside over turn times
     zone), as rows to interpolate."""
-    side = _BEGINNINGS.copy()
-    moment, angle, aside = np.zeros((3, len(side)))
-    found = np.zeros((3, len(side)))
-    step = 1.0 / _STEPS
-    while (open_ := side > 0).any():
-        before = moment, angle, aside
-        begin = at = [moment, angle, side]
-        for way in (0.5, 1.0):  # by the midpoint rule, with the slopes of M, theta and S per width
-            moment, angle, pushed = at
-            far = np.abs(angle) / np.maximum(np.abs(moment), _FAINT)  # theta/theta'
-            lean = far * np.arcsinh(0.5 / np.maximum(far, _FAINT))
-            slopes = 0.5 * np.sqrt(0.25 + far**2) - far * lean + pushed, moment, -2 * lean
-            at = [x + way * step * dx for x, dx in zip(begin, slopes, strict=True)]
-        moment, angle, side_after = at
-        aside = aside + step * (before[1] + angle) / 2
-        ends = open_ & (side_after <= 0)
-        part = np.where(ends, side / np.where(ends, side - side_after, 1.0), 0.0)
-        at_end = [a + part * (b - a) for a, b in zip(before, (moment, angle, aside), strict=True)]
-        found = np.where(ends, at_end, found)
-        side = np.where(open_, side_after, side)
+    found, step = np.zeros((3, len(_BEGINNINGS))), 1.0 / _STEPS
+    state = np.stack([0 * _BEGINNINGS, 0 * _BEGINNINGS, _BEGINNINGS, 0 * _BEGINNINGS])  # M, theta, S, way aside
+
+    def slopes(moment, angle, pushed, aside):
+        far = np.abs(angle) / np.maximum(np.abs(moment), _FAINT)  # theta/theta'
+        lean = far * np.arcsinh(0.5 / np.maximum(far, _FAINT))
+        return np.stack([0.5 * np.sqrt(0.25 + far**2) - far * lean + pushed, moment, -2 * lean, angle])
+
+    while (open_ := state[2] > 0).any():
+        after = state + step * slopes(*(state + step / 2 * slopes(*state)))  # by the midpoint rule
+        ends = open_ & (after[2] <= 0)
+        part = np.where(ends, state[2] / np.where(ends, state[2] - after[2], 1.0), 0.0)
+        found = np.where(ends, (state + part * (after - state))[[0, 1, 3]], found)
+        state = np.where(open_, after, state)
     moment, angle, aside = found
     longest, zone = 4 * moment, 2 * angle / moment
     return (longest, zone / longest), (longest, aside / (angle * zone))
@@ -122,91 +87,90 @@ def _zones():
 STEPS_A_WRAP = 4
 #: The step that carries a yaw step begins this far [m] after the one that ends before it.
 _BEFORE = 1e-7
-_ANGLE = np.array([[0.0], [1.0]])  # picks the angle out of a pair (y, angle)
-_ROWS = ("run_up", "run_off")
-_SHARES = (0.0, 0.5, 1.0)  # of the way from the least tension to the most; a response is a parabola through these
+_SIGNS = np.array([[1.0], [-1.0]])  # of theta_p over the yaw at the run-up; at the run-off the other pulley's
 
 
 class BeltMarch:
     """The march of a batch of lines over ``reach`` metres of travel: their equations of motion and computed past.
 
-    nodes (n,) [m]; state and slope (n, 4, batch): y, alpha tail, y, alpha head; tail_yaw, head_yaw: (n, batch) as they
-    really are; bent: curvature at the run-ups, (n, 2, batch); gone: how far friction has let the belt go where it
-    leaves, (y, alpha) of the tail, then of the head pulley, (n, 4, batch); spans: the one that runs to the tail and the
-    one that runs to the head pulley; of: hook -> the faults that have it; loads: on the spans.
+    nodes (n,) [m]; state and slope: (y, alpha) at the run-ups, (n, 2, 2, batch); yaw, as the pulleys really are, and
+    bent, the curvature at the run-ups: (n, 2, batch); gone: how far (y, alpha) friction has let the belt go where it
+    leaves, (n, 2, 2, batch); spans: their responses; of: hook -> the faults that have it; loads: on the spans; changed:
+    fault and what it adds to run-up, run-off and tilt of the spans at its ``span_states``, (states, 2, 3, 4, batch).
     """
 
     def __init__(self, line: Line, faults: Sequence[Fault], reach: float) -> None:
-        longest = min(line.wrap_tail.min(), line.wrap_head.min()) / STEPS_A_WRAP
+        longest = line.wraps.min() / STEPS_A_WRAP
         steps = [float(s) for s in np.unique(line.yaw_at) if 0 < s < reach]
         edges = [0.0, *(e for s in steps for e in (s - _BEFORE, s)), reach]  # every yaw step between two nodes
         counts = [max(1, int(np.ceil((b - a) / longest - 1e-9))) for a, b in pairwise(edges)]
         parts = [np.linspace(a, b, n, endpoint=False) for (a, b), n in zip(pairwise(edges), counts, strict=True)]
         self.line, self.nodes = line, np.append(np.concatenate(parts), reach)
         count, batch = len(self.nodes), len(line.stress)
-        self.state, self.slope, self.gone = np.zeros((3, count, 4, batch))
-        self.tail_yaw, self.head_yaw = np.zeros((2, count, batch))
-        self.bent = np.zeros((count, 2, batch))
+        self.state, self.slope, self.gone = np.zeros((3, count, 2, 2, batch))
+        self.yaw, self.bent = np.zeros((2, count, 2, batch))
 
         self.of = {hook: [f for f in faults if has_hook(f, hook)] for hook in FAULT_HOOKS}
         self.loads = [replace(x, fault=f, kept=np.zeros((count, batch))) for f in faults for x in f.loads(line)]
-        both, swings = (True, False), [f.swing for f in self.of["tension"]]
-        self.spans = line.span(), line.span(to_tail=False)
-        self.changed_spans = tuple([SpanTable(f, line, to_tail) for f in self.of["sections"]] for to_tail in both)
-        self.least, self.most = (sum((swing[i] for swing in swings), 0 * line.stress) for i in (0, 1))
-        self.slacker = [
-            [line.span(1 + self.least + (self.most - self.least) * t, to_tail=to_tail) for t in _SHARES if swings]
-            for to_tail in both
-        ]
-
+        self.spans = [line.span(to_tail=to_tail) for to_tail in (True, False)]
+        self.rows = np.stack([span.rows for span in self.spans])
+        self.changed = [(f, self._changed_rows(f) - self.rows) for f in self.of["sections"]]
         self.sticks = line.slippery == 0.0
-        self.slips = not self.sticks.all()
-        self.soft = 1 + line.cover * line.bending
-        self.yields = bool(np.any(line.compliance))
-        self.here = self.wrap_exit(np.zeros(batch), slipped=False)  # what leaves the pulleys at this node
 
-        first = (f.initial_state(np.zeros(batch), line) for f in self.of["initial_state"])
-        y, last = sum(first, np.zeros_like(self.state[0])), len(self.nodes) - 1
+        self.here = self.wrap_exit(np.zeros(batch), slipped=False)  # what leaves the pulleys at this node
+        y, last = self._before(np.zeros((2, batch))), count - 1
         for k in range(last):
             y = self.step(k, y)
         self.rates(self.nodes[last], last - 1, y, self.here, last)
 
-    def state_at(self, s: np.ndarray, first: int = 0, last: int = 4) -> np.ndarray:
-        """Rows first:last of the state at travel s, shape (..., batch) -> (rows, ..., batch)."""
-        k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
-        rows = np.arange(first, last).reshape(-1, *(1,) * s.ndim)
-        lanes = np.arange(s.shape[-1])
-        h = self.nodes[k + 1] - self.nodes[k]
-        left, before, right, after = (a[j, rows, lanes] for j in (k, k + 1) for a in (self.state, self.slope))
-        t = (s - self.nodes[k]) / h  # cubic Hermite interpolation, from values and slopes
-        since = left + t * t * (3 - 2 * t) * (right - left) + h * t * (1 - t) * ((1 - t) * before - t * after)
-        return np.where(
-            s < 0, sum((f.initial_state(s, self.line)[first:last] for f in self.of["initial_state"]), 0.0), since
+    def _changed_rows(self, fault: Fault) -> np.ndarray:
+        line, both = self.line, (True, False)
+        changed = [[fault.sections(x, line, (line.direction > 0) == k) for k in both] for x in fault.span_states]
+        return np.stack(
+            [[line.span(to_tail=k, sections=c).rows for k, c in zip(both, at, strict=True)] for at in changed]
         )
 
-    def interpolate(self, rows: np.ndarray, s: np.ndarray) -> np.ndarray:
-        """What was kept at the nodes, shape (nodes, batch), linear between them at travel s (n, batch); 0 up to 0."""
-        lanes = range(s.shape[1])
-        values = [np.interp(s[:, b], self.nodes, rows[:, b], left=0.0) for b in lanes]
-        return np.where(s > 0, np.stack(values, axis=1), 0.0)
+    def _before(self, s: np.ndarray) -> np.ndarray:
+        """The state at travels s <= 0 (2, ..., batch) of the run-ups, shape (2, 2, ..., batch)."""
+        return sum((f.initial_state(s, self.line) for f in self.of["initial_state"]), np.zeros((2, *s.shape)))
 
-    def wrap_exit(self, s: np.ndarray, *, slipped: bool = True) -> tuple[np.ndarray, np.ndarray]:
-        """(y, alpha) of what leaves the tail and the head pulley at travel s, each shape (2, ..., batch); slipped: once
-        friction has let the belt go there, for travels (n, batch) that the march has been to."""
+    def _place(self, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """The step of the march in which travel s lies, and how far along it, from 0 to 1."""
+        k = np.clip(np.searchsorted(self.nodes, s, side="right") - 1, 0, len(self.nodes) - 2)
+        return k, (s - self.nodes[k]) / (self.nodes[k + 1] - self.nodes[k])
+
+    def state_at(self, s: np.ndarray) -> np.ndarray:
+        """(y, alpha) at the run-ups, each at travels s (2, ..., batch) of its own; shape (2, 2, ..., batch)."""
+        k, t = self._place(s)
+        pulley, lanes = np.arange(2).reshape(2, *(1,) * (s.ndim - 1)), np.arange(s.shape[-1])
+        left, before, right, after = (
+            np.moveaxis(a[j, pulley, :, lanes], -1, 1) for j in (k, k + 1) for a in (self.state, self.slope)
+        )
+        h, t = (self.nodes[k + 1] - self.nodes[k])[:, None], t[:, None]  # cubic Hermite interpolation
+        since = left + t * t * (3 - 2 * t) * (right - left) + h * t * (1 - t) * ((1 - t) * before - t * after)
+        return np.where(s[:, None] < 0, self._before(s), since)
+
+    def interpolate(self, rows: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Rows that were kept at the nodes, (nodes, m, batch), linear between them at travel s (..., batch) and 0 up to
+        0; shape (m, ..., batch)."""
+        k, t = self._place(s)
+        left, right = (np.moveaxis(rows[j, :, np.arange(s.shape[-1])], -1, 0) for j in (k, k + 1))
+        return np.where(s > 0, left + t * (right - left), 0.0)
+
+    def wrap_exit(self, s: np.ndarray, *, slipped: bool = True) -> np.ndarray:
+        """(y, alpha) of what leaves the pulleys at travel s (..., batch), shape (2, 2, ..., batch); slipped: once
+        friction has let the belt go there, for travels that the march has been to."""
         line = self.line
-        tail, head = self.state_at(s - line.wrap_tail, 0, 2), self.state_at(s - line.wrap_head, 2, 4)
+        past = self.state_at(s - np.expand_dims(line.wraps, tuple(range(1, s.ndim))))
         # round a canted tail pulley the belt follows y + gamma z = const, in all y_2 = y_1 + 2 R gamma; what lay on it
         # at travel 0 gains only what was left of its way: R gamma (1 - cos(s/R))
         turned = np.clip(s / line.tail_radius, 0.0, np.pi)
-        tail[0] += line.tail_radius * line.cant * line.direction * (1 - np.cos(turned))
+        past[0, 0] += line.tail_radius * line.cant * line.direction * (1 - np.cos(turned))
         for fault in self.of["creep"]:
-            slid = fault.creep(s, line, np.stack([tail[1], head[1]]))
-            tail[0] += slid[0]
-            head[0] += slid[1]
-        if not slipped or not self.gone.any():
-            return tail, head
-        gone = np.stack([self.interpolate(self.gone[:, k], s) for k in range(4)])
-        return tail + gone[:2], head + gone[2:]
+            past[:, 0] += fault.creep(s, line, past[:, 1])
+        if slipped and self.gone.any():
+            past += self.interpolate(self.gone.reshape(len(self.nodes), 4, -1), s).reshape(past.shape)
+        return past
 
     def step(self, k: int, y: np.ndarray) -> np.ndarray:
         """One Runge-Kutta step from node k."""
@@ -214,13 +178,10 @@ class BeltMarch:
         # run-ups let go at the start, and where the yaw is changed as this step begins
         before, middle, at = self.nodes[max(k - 1, 0)], (s + self.nodes[k + 1]) / 2, self.line.yaw_at
         changed = (middle > at) & ((before + s) / 2 <= at) | (k == 0)
-        if self.slips and changed.any():
-            kappa = self.curvatures(s, k, y, self.here)[0]
-            ends = _ends(*self.line.along_bent_axes(y, self.here), *self._yaws(s, k))
-            stiff = np.stack([span.run_up[3] for span in self._responses(s, ends)])
-            gone = slip_turn(kappa, stiff, self.line, self.sticks)
-            turn, aside = (np.where(changed, x, 0.0) for x in gone)
-            y = y + np.stack([aside[0], -turn[0], aside[1], -turn[1]])
+        if not self.sticks.all() and changed.any():
+            kappa, _, rows = self.curvatures(s, k, y, self.here)
+            slid = slip_turn(kappa, rows[:, 0, 3], self.line, self.sticks)
+            y = y + np.where(changed, slid * [[1.0], [-1.0]], 0.0)
         k1, still = self.rates(s, k, y, self.here, k), np.zeros(len(self.line.stress))
         half, whole = (self.wrap_exit(s + share * h + still, slipped=False) for share in (0.5, 1.0))
         k2 = self.rates(s + h / 2, k, y + h / 2 * k1, half)
@@ -231,101 +192,90 @@ class BeltMarch:
 
     def rates(self, s, k, y, past, node=None):
         """Rate of change of the state per metre of travel, under the commands of step k; at a node, the state, this
-        rate and what acts there are self."""
+        rate and what acts there are kept."""
         line = self.line
-        kappa, beta, beta_head = self.curvatures(s, k, y, past, node)
-        turn = sum((f.turn(s, line, y[::2], kappa) for f in self.of["turn"]), kappa * self.soft)
+        kappa, yaw, _ = self.curvatures(s, k, y, past, node)
+        turn = kappa * (1 + line.cover * line.bending)
+        for fault in self.of["turn"]:
+            turn = turn + fault.turn(s, line, y[:, 0], kappa)
         for fault in self.of["recall"]:
             turn = turn + fault.recall(s, self)
-        drift = y[1::2]
+        drift = y[:, 1]
         for fault in self.of["slide"]:
-            drift = drift * fault.slide(s, line, y[1::2])
-        rates = -np.stack([drift[0], turn[0], drift[1], turn[1]])
+            drift = drift * fault.slide(s, line, y[:, 1])
+        rates = -np.stack([drift, turn], axis=1)
         if node is not None:
-            self.state[node], self.slope[node] = y, rates
-            self.tail_yaw[node], self.head_yaw[node], self.bent[node] = beta, beta_head, kappa
+            self.state[node], self.slope[node], self.yaw[node], self.bent[node] = y, rates, yaw, kappa
         return rates
 
     def curvatures(self, s, k, y, past, node=None):
-        """Curvature where the belt runs up, shape (2, batch), and the true yaws of the tail and head pulley."""
-        (beta, beta_head), line = self._yaws(s, k), self.line
-        y, past = line.along_bent_axes(y, past)
-        to_tail, to_head = self._responses(s, _ends(y, past, beta, beta_head))
-        if self.yields:
-            # the spans' moments turn a compliant tail bearing back, the pull of a belt off the middle turns it further:
-            # beta - C (M_up + M_off - F (y_up + y_off))
-            pushed = self._load_curvatures(s, _ends(y, past, beta, beta_head), None)[1][1]
-            tail_off, head_off = past
-            still = dot(to_tail.run_up, head_off + _ANGLE * beta_head, y[:2])
-            still = still + dot(to_head.run_off, tail_off, y[2:] - _ANGLE * beta_head) + pushed
-            give = line.compliance * line.bending
-            beta = beta + line.compliance * line.force * (y[0] + tail_off[0])
-            beta = (beta - give * still) / (1 + give * (to_tail.run_up[3] - to_head.run_off[1]))
-        if self.slips:
-            ends = _ends(y, past, beta, beta_head)
-            bent = np.stack([dot(to_head.run_off, *ends[1]), dot(to_tail.run_off, *ends[0])])
-            bent = bent + self._load_curvatures(s, ends, None)[1][::-1]
-            stiff = -np.stack([to_head.run_off[1], to_tail.run_off[1]])
-            back = (np.broadcast_to(s - wrap, line.stress.shape)[None] for wrap in (line.wrap_tail, line.wrap_head))
-            landed = np.stack([self.interpolate(self.bent[:, k], there)[0] for k, there in enumerate(back)])
-            turn, aside = slip_turn(bent - landed, stiff, line, self.sticks)
-            gone = np.stack([aside, turn], axis=1)  # how far friction lets go what leaves the tail and the head pulley
-            if node is not None:
-                self.gone[node] = gone.reshape(4, -1)
-            past = past[0] + gone[0], past[1] + gone[1]
-        ends = _ends(y, past, beta, beta_head)
-        kappa = np.stack([dot(to_tail.run_up, *ends[0]), dot(to_head.run_up, *ends[1])])
-        return kappa + self._load_curvatures(s, ends, node)[0], beta, beta_head
-
-    def _yaws(self, s: float, k: int):
+        """Curvature where the belt runs up, (2, batch), the pulleys' true yaw, (2, batch), and the spans' rows."""
         line = self.line
         turned = (self.nodes[k] + self.nodes[k + 1]) / 2 > line.yaw_at
         before_top = line.sag_roll * line.sag_curvature * line.span_length / 2  # where a cant looks like a yaw, too
-        beta = line.yaw * turned + line.offset_tail - line.cant * np.sin(before_top)
-        beta_head = line.yaw_head * turned + line.offset_head
-        beta = sum((f.yaw(s, line) for f in self.of["yaw"]), beta)
-        return beta, sum((f.yaw_head(s, line) for f in self.of["yaw_head"]), beta_head)
+        tail = line.yaw * turned + line.offset_tail - line.cant * np.sin(before_top)
+        yaw = np.stack([tail, line.yaw_head * turned + line.offset_head])
+        for fault in self.of["yaw"]:
+            yaw = yaw + fault.yaw(s, line)
+        ends = self.ends(y, past, yaw)
+        rows = self.responses(s, ends)
+        if np.any(line.compliance):
+            # the spans' moments turn a compliant tail bearing back, the pull of a belt off the middle turns it further:
+            # beta - C (M_up + M_off - F (y_up + y_off)), where M are those at the yaw that is left
+            bent = (rows[0, 0] * ends[0] + rows[1, 1] * ends[1]).sum(axis=0) + self.push(s, ends)[1, 1]
+            pull, give = line.force * (y[0, 0] + past[0, 0]), line.compliance * line.bending
+            yaw[0] += (line.compliance * pull - give * bent) / (1 + give * (rows[0, 0, 3] - rows[1, 1, 1]))
+            ends = self.ends(y, past, yaw)
+        if not self.sticks.all():
+            bent = ((rows[:, 1] * ends).sum(axis=1) + self.push(s, ends)[1])[::-1]  # where the belt leaves the pulleys
+            landed = self.interpolate(self.bent, s - line.wraps)[[0, 1], [0, 1]]
+            gone = slip_turn(bent - landed, -rows[::-1, 1, 1], line, self.sticks)
+            if node is not None:
+                self.gone[node] = gone
+            ends = self.ends(y, past + gone, yaw)
+        return (rows[:, 0] * ends).sum(axis=1) + self.push(s, ends, node)[0], yaw, rows
 
-    def _load_curvatures(self, s, ends, node):
-        """Curvature that the loads add at the run-ups and at the run-offs of the two spans, each shape (2, batch)."""
-        added_up, added_off = np.zeros((2, 2, len(self.line.stress)))
+    def ends(self, y: np.ndarray, past: np.ndarray, yaw: np.ndarray) -> np.ndarray:
+        """Boundary values of the spans, (2, 4, ..., batch), from the run-ups, what leaves the pulleys, and their yaw.
+
+        A pulley that bends is yawed by compliance F y where the belt lies, one way at the run-up, the other beyond."""
+        off, bow = past[::-1], self.line.deflection * self.line.force
+        turn = np.stack([yaw[0], -yaw[1]])  # theta_p at the run-ups, and less than nothing at the run-offs
+        return np.stack(
+            [off[:, 0], off[:, 1] + bow * off[:, 0] - turn[::-1], y[:, 0], y[:, 1] - bow * y[:, 0] + turn], axis=1
+        )
+
+    def responses(self, s, ends: np.ndarray) -> np.ndarray:
+        """Rows of the spans' curvature at run-up and run-off and of their tilt, (2, 3, 4, ..., batch), given what is at
+        their ends."""
+        rows = np.expand_dims(self.rows, tuple(range(3, ends.ndim)))
+        for fault, added in self.changed:
+            state = [fault.span_state(s, self.line, k, at) for k, at in zip((True, False), ends, strict=True)]
+            state = np.stack([np.broadcast_to(x, ends.shape[2:]) for x in state])
+            rows = rows + np.einsum("ks...b,ksijb->sij...b", _weights(fault.span_states, state), added)
+        return rows
+
+    def push(self, s, ends: np.ndarray, node=None) -> np.ndarray:
+        """Curvature that the loads add at the run-ups and at the run-offs of the spans, shape (2, 2, batch)."""
+        added = np.zeros((2, 2, len(self.line.stress)))
         for load in self.loads:
-            off, up = (np.where(load.to_tail, *both) for both in zip(*ends, strict=True))
-            acts, kept = load.fault.push(s, self.line, load, dot(load.row, off, up), load.now)
-            chosen = np.stack([load.to_tail, ~load.to_tail])
-            added_up += chosen * (load.run_up * acts)
-            added_off += chosen * (load.run_off * acts)
+            acts, kept = load.act(s, self.line, ends, load.now)
+            added += np.stack([load.run_up, load.run_off])[:, None] * np.stack([load.to_tail, ~load.to_tail]) * acts
             if node is not None:
                 load.now = load.kept[node] = kept
-        return added_up, added_off
-
-    def _responses(self, s: float, ends) -> tuple[SpanResponse, SpanResponse]:
-        """Of the spans that run to the tail and to the head pulley, given (y, theta) at their ends."""
-        spans = self.spans
-        if self.of["tension"]:
-            change, width = sum(f.tension(s, self.line) for f in self.of["tension"]), self.most - self.least
-            t = np.divide(change - self.least, width, out=0 * width, where=width > 0)
-            weights = ((1 - t) * (1 - 2 * t), 4 * t * (1 - t), t * (2 * t - 1))
-            to_tail, to_head = (
-                replace(span, **{n: sum(w * getattr(r, n) for w, r in zip(weights, rows, strict=True)) for n in _ROWS})
-                for span, rows in zip(spans, self.slacker, strict=True)
-            )
-            spans = to_tail, to_head
-        if not any(self.changed_spans):
-            return spans
-        changed = []
-        for span, tables, at in zip(spans, self.changed_spans, ends, strict=True):
-            for table in tables:
-                span = replace(span, **{n: getattr(span, n) + x for n, x in table.added_at(s, at).items()})
-            changed.append(span)
-        return changed[0], changed[1]
+        return added
 
 
-def _ends(y, past, beta, beta_head):
-    """(y, theta) at run-off and run-up of the span to the tail and of the span to the head pulley."""
-    tail_off, head_off = past
-    to_tail = head_off + _ANGLE * beta_head, y[:2] + _ANGLE * beta
-    return to_tail, (tail_off - _ANGLE * beta, y[2:] - _ANGLE * beta_head)
+def _weights(states: Sequence[float], x: np.ndarray) -> np.ndarray:
+    """Weights of what is known at equally spaced states, of which x is clipped to the ends: linear between them, but of
+    three a parabola; shape (states, *x.shape)."""
+    count = len(states)
+    if count == 1:
+        return np.ones((1, *x.shape))
+    t = np.clip((x - states[0]) / (states[1] - states[0]), 0.0, count - 1.0)
+    if count == 3:
+        return np.stack([(1 - t) * (2 - t) / 2, t * (2 - t), t * (t - 1) / 2])
+    return np.maximum(1 - np.abs(t - np.arange(count).reshape(-1, *(1,) * t.ndim)), 0.0)
 
 
 # Readings of the plan's sensors.
@@ -412,26 +362,17 @@ def perfect_reading(
         for fault in faults:
             s = fault.sensor_travel(s, line)
         pulley, leaves = POINT_PLACES[place]
-        up, off = history.state_at(s - before)[2 * pulley], history.wrap_exit(s - before)[pulley][0]
-        seen = np.where((line.direction > 0) == leaves, off, up)
+        up, off = history.state_at(np.stack([s, s]) - before), history.wrap_exit(s - before)
+        seen = np.where((line.direction > 0) == leaves, off[pulley, 0], up[pulley, 0])
         return sum((f.edge(place, s, line) for f in faults), seen)
 
-    s, tilts = s - before, []
-    here, (tail_off, head_off) = line.along_bent_axes(history.state_at(s), history.wrap_exit(s))
-    beta, beta_head = (history.interpolate(rows, s) for rows in (history.tail_yaw, history.head_yaw))
-    to_tail, to_head = (head_off, here[:2], beta_head, beta), (tail_off, here[2:], -beta, -beta_head)
-    for k, (off, up, turn_off, turn_up) in enumerate((to_tail, to_head)):
-        # phi at the middle of the span that runs to the tail or to the head pulley, from its ends and its loads
-        off, up = np.stack([off[0], off[1] + turn_off]), np.stack([up[0], up[1] + turn_up])
-        row = history.spans[k].tilt
-        if tables := history.changed_spans[k]:
-            row = row[:, None] + sum(table.added_at(s, (off, up), ("tilt",))["tilt"] for table in tables)
-        tilt = dot(row, off, up)
-        for load in history.loads:
-            kept = history.interpolate(load.kept, s)
-            acts = load.fault.push(s, line, load, dot(load.row, off, up), kept)[0] * (s > 0)
-            tilt = tilt + np.where(load.to_tail == (k == 0), load.tilt * acts, 0.0)
-        tilts.append(tilt)
+    s = s - before
+    yaw = history.interpolate(history.yaw, s)
+    ends = history.ends(history.state_at(np.stack([s, s])), history.wrap_exit(s), yaw)
+    tilts = (history.responses(s, ends)[:, 2] * ends).sum(axis=1)  # phi at the middle of the spans
+    for load in history.loads:
+        acts = load.act(s, line, ends, history.interpolate(load.kept[:, None], s)[0])[0] * (s > 0)
+        tilts += np.stack([load.to_tail, ~load.to_tail])[:, None] * (load.tilt * acts)
     return np.where(TILT_SIGNS[place] * line.direction > 0, *tilts)
 
 

@@ -111,15 +111,14 @@ def _one_long_edge(f, state, line, upper):
 
 def _bend_of_cubic(f, s, line, to_tail, ends):
     """The bend of a beam without tension: L times the mean square curvature of a cubic between the ends."""
-    (y_off, off), (y_up, up) = ends
+    y_off, off, y_up, up = ends
     chord = (y_up - y_off) / line.span_length
     q = ((up - off) ** 2 + 3 * (up + off - 2 * chord) ** 2) / np.square(f.bend)
     return q / (1 + q)
 
 
-def _slack_side(f, state, line, upper):
-    """What leaves the head pulley runs to the tail: above where the belt runs forwards."""
-    left = np.where(upper == (line.direction > 0), 1 - f.share, 1.0)
+def at_share(left, line) -> Sections:
+    """A span that has a share ``left`` (batch,) of its tension."""
     lost = (1 - left) * line.force * line.width**2 / 12
     return Sections(tension=left, sag=1 / left, torsion=1 - lost / line.torsion)
 
@@ -150,8 +149,17 @@ _PASSING: dict[str, Any] = {
 }
 
 
-def row(where: str, words: str, **given: Any) -> dict[str, Any]:
-    """A row. where: "place | variable form, form; variable form", the first pair as it is; given: numbers, hooks.
+#: place -> hook and pulley of what is added there
+_ADDED = {
+    "yaw_tail": ("yaw", ON_TAIL_PULLEY),
+    "yaw_head": ("yaw", ON_HEAD_PULLEY),
+    "runup_tail": ("turn", ON_TAIL_PULLEY),
+}
+
+
+def row(where: str, words: str, *, amount: Callable | None = None, **given: Any) -> dict[str, Any]:
+    """A row. where: "place | variable form, form; variable form", the first pair as it is; amount: (fault, s, line) ->
+    what is added at the place, where it depends on nothing else; given: numbers, other hooks.
 
     What changes how spans twist does nothing on a base law whose spans are flat."""
     place, _, pairs = where.partition(" | ")
@@ -164,6 +172,9 @@ def row(where: str, words: str, **given: Any) -> dict[str, Any]:
     (variable, form), *also = forms
     usual = {"idle_on": ("beam_th2",) if place == "span_torsion" else ()}
     usual |= {"span_states": tuple(np.linspace(0.0, 1.0, 9))} if "span_state" in given else {}
+    if amount is not None:
+        hook, pulley = _ADDED[place]
+        usual[hook] = on_tail(amount, pulley)
     return {"words": words, "place": place, "variable": variable, "form": form, "also": tuple(also), **usual, **given}
 
 
@@ -173,26 +184,26 @@ _TABLE: dict[str, dict[str, Any]] = {
         "yaw_tail | yaw power, linear",
         "The steering's lever turns the pulley more than in proportion: share yaw |yaw|/1 mrad is added.",
         share=size("1", 0.3, 5.0),
-        yaw=lambda f, s, line: f.share * line.yaw * np.abs(line.yaw) / 1e-3 * (s >= line.yaw_at),
+        amount=lambda f, s, line: f.share * line.yaw * np.abs(line.yaw) / 1e-3 * (s >= line.yaw_at),
     ),
     "speed_bow": row(
         "yaw_tail | speed power, linear",
         "The frame bows under the drive: the tail pulley turns by c v^2.",
         c=size("rad s2/m2", 2e-4, 2e-2),
-        yaw=lambda f, s, line: f.c * line.speed**2,
+        amount=lambda f, s, line: f.c * line.speed**2,
     ),
     "frame_twist": row(
         "yaw_head | tension power, linear",
         "The frame twists under the pull more than in proportion: the head pulley turns by c (sigma/10 N/mm2)^2.",
         c=size("rad", 2e-5, 2e-3),
-        yaw_head=lambda f, s, line: f.c * (line.stress / 1e7) ** 2,
+        amount=lambda f, s, line: f.c * (line.stress / 1e7) ** 2,
     ),
     "yaw_creep": row(
         "yaw_tail | time_since_step exponential, saturating; travel exponential",
         "The steering relaxes after its step: share (1 - exp(-t/time)) of the yaw is added in time.",
         share=size("1", 0.2, 3.0),
         time=shape(25.0, lambda plan, rng: rng.uniform(0.1, 0.5) * plan.length / plan.runs[0].speed),
-        yaw=lambda f, s, line: f.share * line.yaw * (1 - _fading(f, s, line)),
+        amount=lambda f, s, line: f.share * line.yaw * (1 - _fading(f, s, line)),
     ),
     "ringing_yaw": row(
         "yaw_tail | time_since_step exponential, periodic; wave periodic; travel exponential",
@@ -200,7 +211,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         share=size("1", 0.3, 3.0),
         time=between(30.0, 0.1, 0.6, "duration"),
         period=between(20.0, 0.1, 0.4, "duration"),
-        yaw=lambda f, s, line: f.share * line.yaw * _fading(f, s, line) * np.sin(_TURN * _since(s, line) / f.period),
+        amount=lambda f, s, line: f.share * line.yaw * _fading(f, s, line) * np.sin(_TURN * _since(s, line) / f.period),
     ),
     "strange_wave": row(
         "yaw_tail | wave periodic",
@@ -208,7 +219,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         amplitude=size("rad", 1e-4, 5e-3),
         wavelength=between(7.3, 3.0, 9.0),
         phase=ANY_PHASE,
-        yaw=lambda f, s, line: f.amplitude * np.sin(_TURN * s / f.wavelength + f.phase),
+        amount=lambda f, s, line: f.amplitude * np.sin(_TURN * s / f.wavelength + f.phase),
     ),
     "beating_head": row(
         "yaw_head | wave periodic; travel periodic",
@@ -217,7 +228,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         wavelength=between(4.0, 2.5, 7.0),
         ratio=between(1.15, 1.08, 1.3),
         phase=ANY_PHASE,
-        yaw_head=lambda f, s, line: (
+        amount=lambda f, s, line: (
             f.amplitude * (np.sin(_TURN * s / f.wavelength + f.phase) + np.sin(_TURN * s / f.wavelength / f.ratio))
         ),
     ),
@@ -227,7 +238,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         amplitude=size("rad", 1e-4, 5e-3),
         period=between(40.0, 0.1, 0.5, "duration"),
         phase=ANY_PHASE,
-        yaw_head=lambda f, s, line: (
+        amount=lambda f, s, line: (
             f.amplitude * 2 / np.pi * np.arcsin(np.sin(_TURN * s / line.speed / f.period + f.phase))
         ),
     ),
@@ -263,8 +274,8 @@ _TABLE: dict[str, dict[str, Any]] = {
         kappa=size("1/m", 1e-4, 1e-2),
         phase=ANY_PHASE,
         narrow=between(3.0, 1.5, 5.0),
-        turn=on_tail(
-            lambda f, s, line: f.kappa * np.exp(f.narrow * (np.cos((s + line.start) / line.tail_radius - f.phase) - 1))
+        amount=lambda f, s, line: (
+            f.kappa * np.exp(f.narrow * (np.cos((s + line.start) / line.tail_radius - f.phase) - 1))
         ),
     ),
     "lagging_set": row(
@@ -272,24 +283,24 @@ _TABLE: dict[str, dict[str, Any]] = {
         "The tail's rubber stays askew after a yaw step and recovers in time: it turns the belt meanwhile.",
         kappa=size("1/m", 1e-4, 5e-3),
         time=shape(20.0, lambda plan, rng: rng.uniform(0.08, 0.5) * plan.length / plan.runs[0].speed),
-        turn=on_tail(  # fully from a yaw of _FULL on, not by an error of a microradian
-            lambda f, s, line: (
-                f.kappa * np.clip(line.yaw / _FULL, -1.0, 1.0) * np.where(s >= line.yaw_at, _fading(f, s, line), 0.0)
-            )
+        amount=lambda f, s, line: (  # fully from a yaw of _FULL on, not by an error of a microradian
+            f.kappa * np.clip(line.yaw / _FULL, -1.0, 1.0) * np.where(s >= line.yaw_at, _fading(f, s, line), 0.0)
         ),
     ),
     "rut": row(
         "runup_tail | y linear; belt_phase linear, periodic",
         "The belt wears a rut into the tail pulley: it is turned as it lay there one revolution of the belt ago.",
         c=size("1/m2", 1e-2, 1.0),
-        recall=lambda f, s, past: f.c * past.state_at(s - past.line.belt_length, 0, 1) * ON_TAIL_PULLEY,
+        recall=lambda f, s, past: (
+            f.c * past.state_at(s - past.line.belt_length + 0 * past.line.wraps)[:, 0] * ON_TAIL_PULLEY
+        ),
     ),
     "walking_angle": row(
         "runup_tail | travel random",
         "The contact angle on the tail pulley takes a random walk of its own in every run.",
         size=size("rad/m^0.5", 5e-6, 1e-3, positive=True),
         seed=ANY_SEED,
-        turn=on_tail(lambda f, s, line: f.size * random_walk(f, s, line)),
+        amount=lambda f, s, line: f.size * random_walk(f, s, line),
     ),
     # Run-up and wrap: how the belt follows its contact angle, and slides.
     "adhesion_loss": row(
@@ -352,24 +363,27 @@ _TABLE: dict[str, dict[str, Any]] = {
         "The belt loses ``share`` of its tension over ``length`` metres of travel.",
         share=size("1", 0.15, 0.6, positive=True),
         length=between(20.0, 0.15, 0.6, "length"),
-        tension=lambda f, s, line: -f.share * (1 - np.exp(-s / f.length)),
-        swing=property(lambda f: (-f.share, 0.0)),
+        span_states=(-1.0, -0.5, 0.0),
+        sections=lambda f, state, line, upper: at_share(1 + f.share * state, line),
+        span_state=lambda f, s, line, to_tail, ends: np.expm1(-s / f.length),
     ),
     "ratchet_slip": row(
         "tension | travel threshold, constant; time_since_step threshold",
         "The take-up slips a tooth at travel ``at``: the belt loses a share of its tension at once.",
         share=size("1", 0.15, 0.6, positive=True),
         at=between(15.0, 0.15, 0.6, "length"),
-        tension=lambda f, s, line: -f.share * smooth_step(s, f.at, 1.0),
-        swing=property(lambda f: (-f.share, 0.0)),
+        span_states=(-1.0, -0.5, 0.0),
+        sections=lambda f, state, line, upper: at_share(1 + f.share * state, line),
+        span_state=lambda f, s, line, to_tail, ends: -smooth_step(s, f.at, 1.0),
     ),
     "tension_beat": row(
         "tension | belt_phase periodic; wave periodic; travel periodic",
         "The tension swings by a share once a revolution of the belt, as a stiff splice goes round.",
         share=size("1", 0.1, 0.6, positive=True),
         phase=ANY_PHASE,
-        tension=lambda f, s, line: f.share * np.cos(2 * np.pi * (s + line.start) / line.belt_length + f.phase),
-        swing=property(lambda f: (-f.share, f.share)),
+        span_states=(-1.0, 0.0, 1.0),
+        sections=lambda f, state, line, upper: at_share(1 + f.share * state, line),
+        span_state=lambda f, s, line, to_tail, ends: np.cos(_TURN * (s + line.start) / line.belt_length + f.phase),
     ),
     # Sensors and recorder.
     "sensor_cubic": row(
@@ -468,7 +482,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         sign=shape(1.0, lambda plan, rng: rng.choice((-1.0, 1.0))),
         angle=between(1e-4, 0.05, 0.3, "largest_yaw"),
         sections=lambda f, state, line, upper: Sections(bending=1 - f.share * state + 0 * line.stress),
-        span_state=lambda f, s, line, to_tail, ends: (1 + np.tanh(f.sign * (ends[1][1] - ends[0][1]) / f.angle)) / 2,
+        span_state=lambda f, s, line, to_tail, ends: (1 + np.tanh(f.sign * (ends[3] - ends[1]) / f.angle)) / 2,
     ),
     "fatigue_cracks": row(
         "span_bending | travel linear, saturating; time_since_step linear; travel exponential",
@@ -515,7 +529,9 @@ _TABLE: dict[str, dict[str, Any]] = {
         "span_tension | tension linear; travel constant; tension power",
         "The head pulley drives against a brake: the span that leaves it has a share less tension than the other.",
         share=size("1", 0.15, 0.8, positive=True),
-        sections=_slack_side,
+        sections=lambda f, state, line, upper: at_share(  # what leaves the head pulley runs to the tail
+            np.where(upper == (line.direction > 0), 1 - f.share, 1.0), line
+        ),
     ),
     "soft_joint": row(
         "span_bending | belt_phase periodic, threshold; wave periodic; travel periodic",

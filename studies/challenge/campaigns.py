@@ -206,7 +206,7 @@ class StandingFault(Fault):
 
     def initial_state(self, s, line):
         at = self.y0 + 0.0 * s
-        return np.stack([at, 0.0 * at, at, 0.0 * at])
+        return np.stack([at, 0.0 * at], axis=1)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -136,18 +136,16 @@ def read_inside(share: float, fault: dict) -> np.ndarray:
     travel = np.broadcast_to(PLAN.travel[:, None], (len(PLAN.travel), len(PLAN.runs)))
 
     def position(s):
-        here, (tail_off, head_off) = history.state_at(s), history.wrap_exit(s)
-        yaw, yaw_head = (history.interpolate(rows, s) for rows in (history.tail_yaw, history.head_yaw))
+        yaw = history.interpolate(history.yaw, s)
+        ends = history.ends(history.state_at(np.stack([s, s])), history.wrap_exit(s), yaw)
         forward = line.direction > 0  # then the upper span runs to the tail, else to the head pulley
-        off = np.where(forward, [head_off[0], head_off[1] + yaw_head], [tail_off[0], tail_off[1] - yaw])
-        up = np.where(forward, [here[0], here[1] + yaw], [here[2], here[3] - yaw_head])
         nodes = [np.where(forward, 1.0 - share, share) * (span.nodes.shape[1] - 1) for span in history.spans]
         to_tail, to_head = (
             np.stack([span.nodes[k, round(float(at[k])), 0] for k in range(len(at))])
             for span, at in zip(history.spans, nodes, strict=True)
         )
         field = np.where(forward[:, None], to_tail, to_head)  # (runs, 4): y there per unit of y and slope at the ends
-        return field[:, 0] * off[0] + field[:, 1] * off[1] + field[:, 2] * up[0] + field[:, 3] * up[1]
+        return (field.T[:, None] * np.where(forward, *ends)).sum(axis=0)
 
     return (position(travel) - position(np.full((1, len(PLAN.runs)), YAW_AT - 1e-6))).T
 

@@ -9,7 +9,7 @@ from virtual_bench import ARC, SPAN, YAW, measured, plan_of
 from belt_sim.virtual_rig.hidden import SPAN_FAULTS as NAMES
 from belt_sim.virtual_rig.hidden import UNMODELLED, fault_class
 from belt_sim.virtual_rig.line import DOUBLINGS, Sections
-from belt_sim.virtual_rig.march import TrueErrors, true_line
+from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import RunSetting
 
 ROUNDING = 1e-9  # relative, of two ways to eliminate the same nodes
@@ -100,3 +100,10 @@ def test_the_joint_acts_while_it_is_in_the_span_that_it_softens():
 def test_the_slack_side_changes_with_the_way_the_belt_runs():
     forwards, backwards = (change("slack_side", {"share": 0.3}, direction=d)[1] for d in (1.0, -1.0))
     np.testing.assert_allclose(backwards[[1, 0, 3, 2]], forwards, atol=STEP * 1e-3)
+
+
+def test_what_lost_half_its_tension_runs_and_tilts_as_a_belt_of_half_the_tension():
+    plan = replace(plan_of(RunSetting(tension=10e6, yaw=YAW)), signals={"y1": "point_1", "phi": "upper_mid_span"})
+    line, lost = true_line(plan, "strip", TrueErrors()), fault_class("ratchet_slip")(share=0.5, at=-5.0)
+    half = observe(plan, replace(line, stress=line.stress / 2), [])
+    np.testing.assert_allclose(observe(plan, line, [lost]), half, atol=STEP * 1e-3)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from belt_sim.errors import InputError
-from belt_sim.virtual_rig import Noise, Plan, random_campaign
+from belt_sim.virtual_rig import Noise, Plan, hidden, random_campaign
 from belt_sim.virtual_rig.hidden import (
     BLIND_FAULTS,
     DEVELOPMENT_FAULTS,
@@ -135,3 +135,23 @@ def test_three_library_effects_explain_any_three_of_themselves():
     assert near.triple < 0.01 * near.single + 1e-3
     far = library_distance(rule, [*three, fault_from_spec({"id": "strange_wave", "amplitude": 1e-3})])
     assert far.triple > 3.0
+
+
+@pytest.mark.parametrize("name", ["frame_twist", "tension_beat"])
+def test_the_distance_to_the_library_does_not_hang_on_rounding(name, monkeypatch):
+    """Readings are off by a billionth at random. Of some effects the plan's one sensor shows nothing else."""
+    _, plan, noise = plan_by_number(QUICK)
+    fault, exact, random = fault_from_spec(name), hidden.observe, np.random.default_rng(0)
+
+    def distances(observed) -> list[float]:
+        monkeypatch.setattr(hidden, "observe", observed)
+        hidden.sensitivities.cache_clear()
+        hidden.library_signatures.cache_clear()
+        near = library_distance(Detectability(plan, noise, "strip"), [fault])
+        return [near.single, near.triple]
+
+    def off(*asked):
+        seen = exact(*asked)
+        return seen * (1 + 1e-9 * random.standard_normal(seen.shape))
+
+    assert distances(off) == pytest.approx(distances(exact), rel=0.01)
