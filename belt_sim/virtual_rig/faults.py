@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, dataclass_transform
 
 import numpy as np
 
-from belt_sim.virtual_rig.line import Sections, tilt_sensitivity, unit_load
+from belt_sim.virtual_rig.line import RUN_OFF, Sections, tilt_sensitivity, unit_load
 from belt_sim.virtual_rig.plan import Plan
 
 ON_TAIL_PULLEY = np.array([[1.0], [0.0]])  # on the tail pulley only
@@ -315,7 +315,7 @@ def _guide_push(f, s, line, load, free, kept):
     turn bears it: the push itself, and what it bends the belt by where it leaves its pulley, b/4 on average of it."""
     k = np.broadcast_to(f.stiffness if load.upper else f.stiffness_lower, free.shape)
     beyond, held = np.maximum(np.abs(free) - f.gap, 0.0), _FRICTION * np.pi * line.force
-    held = np.minimum(held, held * line.width / 4 / (line.bending * np.abs(load.run_off)))
+    held = np.minimum(held, held * line.width / 4 / (line.bending * np.abs(load.adds[RUN_OFF])))
     return -np.sign(free) * np.minimum(k * beyond / (1 + k * load.give), held), kept
 
 

@@ -12,7 +12,7 @@ from scipy.linalg import cholesky, solve_triangular
 from belt_sim.errors import InputError, finite
 from belt_sim.virtual_rig.faults import CATALOGUE, Fault, has_hook
 from belt_sim.virtual_rig.line import Line, stack
-from belt_sim.virtual_rig.march import TrueErrors, observe, stated_data, true_line
+from belt_sim.virtual_rig.march import TrueErrors, correlation, observe, stated_data, true_line
 from belt_sim.virtual_rig.plan import Noise, Plan
 from belt_sim.virtual_rig.unmodelled import UNMODELLED
 
@@ -104,8 +104,7 @@ class Detectability:
         for sigma, name in ((self.noise.tension_rel, "tension"), (self.noise.yaw_u, "yaw")):
             found += [sigma * moved[name] * lane for lane in lanes]
         for k, sheet in enumerate(self.noise.sheets(plan)):
-            apart = np.abs(travel[:, None] - travel) / sheet.wander_length
-            alike = (1 + np.sqrt(3) * apart) * np.exp(-np.sqrt(3) * apart) if noise.smooth else np.exp(-apart)
+            alike = correlation(travel, sheet.wander_length, noise.smooth)
             covariance = sheet.white**2 * np.eye(len(travel)) + sheet.wander_sd**2 * alike
             self.roots.append(solve_triangular(cholesky(covariance, lower=True), np.eye(len(travel)), lower=True))
             for change in (np.full_like(self.clean, sheet.zero), sheet.gain * self.clean):

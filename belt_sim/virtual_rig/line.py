@@ -16,24 +16,11 @@ DOUBLINGS = 6
 _GAUSS = np.polynomial.legendre.leggauss(5)
 
 
-@dataclass(frozen=True)
-class SpanResponse:
-    """What a batch of spans answers to unit boundary values (y_o, theta_o, y_u, theta_u).
-
-    run_up, run_off [1/m2, 1/m, ...], shape (4, batch): in-plane curvature kappa at x = L and x = 0;
-    tilt, shape (4, batch): roll of the cross-section at mid-span; nodes, shape (batch, n, 4, 4): the fields
-    y, y', phi, phi' at equally spaced x (last axis: the boundary value that is 1).
-    """
-
-    run_up: np.ndarray
-    run_off: np.ndarray
-    tilt: np.ndarray
-    nodes: np.ndarray
-
-    @property
-    def rows(self) -> np.ndarray:
-        """Of run-up, run-off and tilt, (3, 4, batch)."""
-        return np.stack([self.run_up, self.run_off, self.tilt])
+#: Rows of what a span answers to its ends: curvature kappa in its plane at x = L and x = 0, roll at mid-span.
+RUN_UP, RUN_OFF, TILT = range(3)
+#: Those rows per unit boundary value (y_o, theta_o, y_u, theta_u), [1/m2, 1/m, ...], shape (3, 4, batch); and the
+#: fields y, y', phi, phi' at equally spaced x, shape (batch, n, 4, 4), last axis: the boundary value that is 1.
+SpanResponse = tuple[np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,7 +135,7 @@ def solve_span(
         merged[:, 1::2] = follows @ np.concatenate([nodes[:, :-1], nodes[:, 1:]], axis=2) + alone
         nodes = merged
     run_up, run_off = moments[:, 5] / factors[0][:, -1:], -moments[:, 1] / factors[0][:, :1]
-    return SpanResponse(run_up=run_up.T, run_off=run_off.T, tilt=nodes[:, count // 2, 2].T, nodes=nodes)
+    return np.stack([run_up.T, run_off.T, nodes[:, count // 2, 2].T]), nodes
 
 
 def curvature_along(nodes: np.ndarray, length, sag_curvature) -> np.ndarray:
@@ -278,7 +265,7 @@ class Line:
     def runup_sensitivity(self) -> np.ndarray:
         """Curvature in the middle of every element per unit run-up angle [1/m], shape (batch, n)."""
         coupling = self.sag_roll * self.sag_curvature
-        return curvature_along(self.span().nodes, self.span_length, coupling)[:, :, 3]
+        return curvature_along(self.span()[1], self.span_length, coupling)[:, :, 3]
 
 
 def stack(lines: list[Line]) -> Line:
@@ -291,17 +278,16 @@ def stack(lines: list[Line]) -> Line:
 class UnitLoad:
     """A unit load on one span, shape (batch,) each: what it adds at fixed ends.
 
-    upper: on the span above (whichever way the belt runs); to_tail: whether that runs to the tail pulley; run_up,
-    run_off: curvature there [1/m]; tilt: roll at mid-span [rad]; row, shape (4, batch): y at the load's place per
-    boundary value (y_o, theta_o, y_u, theta_u); give: y there per unit of the load. A load that is spread has no place:
-    row and give are 0. In a march: whose it is, and what it remembers, now and at the nodes (n, batch).
+    upper: on the span above (whichever way the belt runs); to_tail: whether that runs to the tail pulley; adds, shape
+    (3, batch): curvature at the run-up and at the run-off [1/m], roll at mid-span [rad]; row, shape (4, batch): y at
+    the load's place per boundary value (y_o, theta_o, y_u, theta_u); give: y there per unit of the load. A load that is
+    spread has no place: row and give are 0. In a march: whose it is, and what it remembers, now and at the nodes
+    (n, batch).
     """
 
     upper: bool
     to_tail: np.ndarray
-    run_up: np.ndarray
-    run_off: np.ndarray
-    tilt: np.ndarray
+    adds: np.ndarray
     row: np.ndarray
     give: np.ndarray
     fault: Any = None
@@ -343,14 +329,14 @@ def unit_load(line: Line, upper: bool, kind: str, share=None) -> UnitLoad:
         loads[lanes, k, :2] += chosen[:, :2]
         loads[lanes, k + 1, :2] += chosen[:, 2:]
 
-    found = line.span(to_tail=to_tail, loads=loads, tilts=tilts)
+    adds, by_load = line.span(to_tail=to_tail, loads=loads, tilts=tilts)
     row, give = np.zeros((4, len(lanes))), np.zeros(len(lanes))
     if share is not None:  # y at the place, from the fields (batch, n, 4, k) by the ends and by the load
-        nodes = line.span(to_tail=to_tail).nodes, found.nodes
+        nodes = line.span(to_tail=to_tail)[1], by_load
         ends = (np.concatenate([x[lanes, k, :2], x[lanes, k + 1, :2]], axis=1) for x in nodes)
-        by_ends, by_load = (np.einsum("bi,bik->bk", value, end) for end in ends)
-        row, give = by_ends.T, by_load[:, 0]
-    return UnitLoad(upper, to_tail, found.run_up[0], found.run_off[0], found.tilt[0], row, give)
+        at_ends, at_load = (np.einsum("bi,bik->bk", value, end) for end in ends)
+        row, give = at_ends.T, at_load[:, 0]
+    return UnitLoad(upper, to_tail, adds[:, 0], row, give)
 
 
 def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
@@ -360,5 +346,5 @@ def tilt_sensitivity(line: Line, upper: bool) -> np.ndarray:
     """
     loads = np.zeros((len(line.stress), 2**DOUBLINGS + 1, 4))
     loads[:, 2 ** (DOUBLINGS - 1), 2] = 1.0
-    nodes = line.span(to_tail=(line.direction > 0) == upper, loads=loads).nodes
+    nodes = line.span(to_tail=(line.direction > 0) == upper, loads=loads)[1]
     return curvature_along(nodes, line.span_length, line.sag_roll * line.sag_curvature)[..., 0]

@@ -121,7 +121,6 @@ def write_blind(out: str | Path, campaign: Campaign, truth: Truth, *, overwrite:
 BASES = BASE, RANDOM_BASE = "beam_th2", "strip"
 #: Readings are written to this resolution [m or rad], far below their noise.
 RESOLUTION = 1e-7
-_SALT_BYTES = 16
 _NOISE_OFF, _HEAVY = 0.4, 0.10  # share of what is stated; how often its tails are heavy
 
 
@@ -175,10 +174,9 @@ def measure_campaign(
         damage(readings, what.dirty, which, run)
         dirt = {"kind": what.dirty, "signal": list(plan.signals)[which], "run": f"r{run + 1:02d}"}
     campaign = build_campaign(plan, noise, readings, title, "belt-sim virtual-rig engine=line")
-    salt = streams[4].bytes(_SALT_BYTES).hex()
     unstated = {"start": [r.start for r in plan.runs]} if any(r.start for r in plan.runs) else {}
     unstated |= {"zero_at_start": [1.0]} if plan.zero_at_start else {}
-    return campaign, describe_truth(seed, base, what, noise, errors, dirt, salt, name, unstated)
+    return campaign, describe_truth(seed, base, what, noise, errors, dirt, streams[4], name, unstated)
 
 
 def build_campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str, reference: str) -> Campaign:
@@ -203,9 +201,9 @@ def build_campaign(plan: Plan, noise: Noise, readings: np.ndarray, title: str, r
 
 
 def describe_truth(
-    seed, base, what: HiddenFaults, noise: Noise, errors: TrueErrors, dirt, salt: str, plan: str = "", unstated=()
+    seed, base, what: HiddenFaults, noise: Noise, errors: TrueErrors, dirt, rng, plan: str = "", unstated=()
 ) -> Truth:
-    """What is sealed beside a campaign; unstated: further settings that its file does not state.
+    """What is sealed beside a campaign; rng: draws the salt; unstated: further settings that its file does not state.
 
     Numbers have as many digits as processors of different kinds agree upon.
     """
@@ -230,7 +228,7 @@ def describe_truth(
         machine=dict(errors.machine),
         settings={n: np.asarray(getattr(errors, n)).tolist() for n in ("tension_rel", "yaw")} | dict(unstated),
         dirty=dirt,
-        salt=salt,
+        salt=rng.bytes(16).hex(),
         plan=plan,
         **{n: getattr(unknown, n) for n in ("place", "variable", "form")},
         also=[list(pair) for pair in unknown.also],

@@ -24,7 +24,7 @@ from belt_sim.campaign import SignalSheet
 from belt_sim.campaign.types import kind_at
 from belt_sim.case import GRAVITY, Belt, Rig
 from belt_sim.virtual_rig.faults import FAULT_HOOKS, Fault, has_hook
-from belt_sim.virtual_rig.line import Line
+from belt_sim.virtual_rig.line import RUN_OFF, RUN_UP, TILT, Line
 from belt_sim.virtual_rig.plan import Noise, Plan
 
 # Friction: how far the end of a wrapped belt turns where friction alone holds its moment; equilibrium, integrated once.
@@ -95,8 +95,8 @@ class BeltMarch:
 
     nodes (n,) [m]; state and slope: (y, alpha) at the run-ups, (n, 2, 2, batch); yaw, as the pulleys really are, and
     bent, the curvature at the run-ups: (n, 2, batch); gone: how far (y, alpha) friction has let the belt go where it
-    leaves, (n, 2, 2, batch); spans: their responses; of: hook -> the faults that have it; loads: on the spans; changed:
-    fault and what it adds to run-up, run-off and tilt of the spans at its ``span_states``, (states, 2, 3, 4, batch).
+    leaves, (n, 2, 2, batch); rows: the spans' responses, (2, 3, 4, batch); of: hook -> the faults that have it; loads:
+    on the spans; changed: a fault, and what it adds to the rows at its ``span_states``, (states, 2, 3, 4, batch).
     """
 
     def __init__(self, line: Line, faults: Sequence[Fault], reach: float) -> None:
@@ -112,9 +112,12 @@ class BeltMarch:
 
         self.of = {hook: [f for f in faults if has_hook(f, hook)] for hook in FAULT_HOOKS}
         self.loads = [replace(x, fault=f, kept=np.zeros((count, batch))) for f in faults for x in f.loads(line)]
-        self.spans = [line.span(to_tail=to_tail) for to_tail in (True, False)]
-        self.rows = np.stack([span.rows for span in self.spans])
-        self.changed = [(f, self._changed_rows(f) - self.rows) for f in self.of["sections"]]
+        both = [(to_tail, (line.direction > 0) == to_tail) for to_tail in (True, False)]
+        self.rows = np.stack([line.span(to_tail=to_tail)[0] for to_tail, _ in both])
+        self.changed = []
+        for f in self.of["sections"]:
+            at = [[line.span(to_tail=k, sections=f.sections(x, line, up))[0] for k, up in both] for x in f.span_states]
+            self.changed.append((f, np.stack(at) - self.rows))
         self.sticks = line.slippery == 0.0
 
         self.here = self.wrap_exit(np.zeros(batch), slipped=False)  # what leaves the pulleys at this node
@@ -122,13 +125,6 @@ class BeltMarch:
         for k in range(last):
             y = self.step(k, y)
         self.rates(self.nodes[last], last - 1, y, self.here, last)
-
-    def _changed_rows(self, fault: Fault) -> np.ndarray:
-        line, both = self.line, (True, False)
-        changed = [[fault.sections(x, line, (line.direction > 0) == k) for k in both] for x in fault.span_states]
-        return np.stack(
-            [[line.span(to_tail=k, sections=c).rows for k, c in zip(both, at, strict=True)] for at in changed]
-        )
 
     def _before(self, s: np.ndarray) -> np.ndarray:
         """The state at travels s <= 0 (2, ..., batch) of the run-ups, shape (2, 2, ..., batch)."""
@@ -180,7 +176,7 @@ class BeltMarch:
         changed = (middle > at) & ((before + s) / 2 <= at) | (k == 0)
         if not self.sticks.all() and changed.any():
             kappa, _, rows = self.curvatures(s, k, y, self.here)
-            slid = slip_turn(kappa, rows[:, 0, 3], self.line, self.sticks)
+            slid = slip_turn(kappa, rows[:, RUN_UP, 3], self.line, self.sticks)
             y = y + np.where(changed, slid * [[1.0], [-1.0]], 0.0)
         k1, still = self.rates(s, k, y, self.here, k), np.zeros(len(self.line.stress))
         half, whole = (self.wrap_exit(s + share * h + still, slipped=False) for share in (0.5, 1.0))
@@ -222,18 +218,20 @@ class BeltMarch:
         if np.any(line.compliance):
             # the spans' moments turn a compliant tail bearing back, the pull of a belt off the middle turns it further:
             # beta - C (M_up + M_off - F (y_up + y_off)), where M are those at the yaw that is left
-            bent = (rows[0, 0] * ends[0] + rows[1, 1] * ends[1]).sum(axis=0) + self.push(s, ends)[1, 1]
+            bent = (rows[0, RUN_UP] * ends[0] + rows[1, RUN_OFF] * ends[1]).sum(axis=0) + self.push(s, ends)[RUN_OFF, 1]
             pull, give = line.force * (y[0, 0] + past[0, 0]), line.compliance * line.bending
-            yaw[0] += (line.compliance * pull - give * bent) / (1 + give * (rows[0, 0, 3] - rows[1, 1, 1]))
+            yaw[0] += (line.compliance * pull - give * bent) / (1 + give * (rows[0, RUN_UP, 3] - rows[1, RUN_OFF, 1]))
             ends = self.ends(y, past, yaw)
         if not self.sticks.all():
-            bent = ((rows[:, 1] * ends).sum(axis=1) + self.push(s, ends)[1])[::-1]  # where the belt leaves the pulleys
+            bent = ((rows[:, RUN_OFF] * ends).sum(axis=1) + self.push(s, ends)[RUN_OFF])[
+                ::-1
+            ]  # where the belt leaves the pulleys
             landed = self.interpolate(self.bent, s - line.wraps)[[0, 1], [0, 1]]
-            gone = slip_turn(bent - landed, -rows[::-1, 1, 1], line, self.sticks)
+            gone = slip_turn(bent - landed, -rows[::-1, RUN_OFF, 1], line, self.sticks)
             if node is not None:
                 self.gone[node] = gone
             ends = self.ends(y, past + gone, yaw)
-        return (rows[:, 0] * ends).sum(axis=1) + self.push(s, ends, node)[0], yaw, rows
+        return (rows[:, RUN_UP] * ends).sum(axis=1) + self.push(s, ends, node)[RUN_UP], yaw, rows
 
     def ends(self, y: np.ndarray, past: np.ndarray, yaw: np.ndarray) -> np.ndarray:
         """Boundary values of the spans, (2, 4, ..., batch), from the run-ups, what leaves the pulleys, and their yaw.
@@ -250,8 +248,8 @@ class BeltMarch:
         their ends."""
         rows = np.expand_dims(self.rows, tuple(range(3, ends.ndim)))
         for fault, added in self.changed:
-            state = [fault.span_state(s, self.line, k, at) for k, at in zip((True, False), ends, strict=True)]
-            state = np.stack([np.broadcast_to(x, ends.shape[2:]) for x in state])
+            states = (fault.span_state(s, self.line, k, at) for k, at in zip((True, False), ends, strict=True))
+            state = np.stack([np.broadcast_to(x, ends.shape[2:]) for x in states])
             rows = rows + np.einsum("ks...b,ksijb->sij...b", _weights(fault.span_states, state), added)
         return rows
 
@@ -260,7 +258,7 @@ class BeltMarch:
         added = np.zeros((2, 2, len(self.line.stress)))
         for load in self.loads:
             acts, kept = load.act(s, self.line, ends, load.now)
-            added += np.stack([load.run_up, load.run_off])[:, None] * np.stack([load.to_tail, ~load.to_tail]) * acts
+            added += load.adds[:2, None] * np.stack([load.to_tail, ~load.to_tail]) * acts
             if node is not None:
                 load.now = load.kept[node] = kept
         return added
@@ -369,10 +367,10 @@ def perfect_reading(
     s = s - before
     yaw = history.interpolate(history.yaw, s)
     ends = history.ends(history.state_at(np.stack([s, s])), history.wrap_exit(s), yaw)
-    tilts = (history.responses(s, ends)[:, 2] * ends).sum(axis=1)  # phi at the middle of the spans
+    tilts = (history.responses(s, ends)[:, TILT] * ends).sum(axis=1)  # phi at the middle of the spans
     for load in history.loads:
         acts = load.act(s, line, ends, history.interpolate(load.kept[:, None], s)[0])[0] * (s > 0)
-        tilts += np.stack([load.to_tail, ~load.to_tail])[:, None] * (load.tilt * acts)
+        tilts += np.stack([load.to_tail, ~load.to_tail])[:, None] * (load.adds[TILT] * acts)
     return np.where(TILT_SIGNS[place] * line.direction > 0, *tilts)
 
 
@@ -412,16 +410,14 @@ def add_noise(readings: np.ndarray, travel: np.ndarray, sheets: Sequence[SignalS
     return np.stack(noisy)
 
 
+def correlation(travel: np.ndarray, length: float, smooth: bool) -> np.ndarray:
+    """Of a wander of unit variance, (n, n): Ornstein-Uhlenbeck, exp(-distance/length), or smooth, that is with a slope,
+    (1 + r) exp(-r), r = sqrt(3) distance/length."""
+    apart = np.abs(travel[:, None] - travel) / length * (math.sqrt(3) if smooth else 1.0)
+    return (1 + apart if smooth else 1.0) * np.exp(-apart)
+
+
 def wander(travel: np.ndarray, length: float, draws: np.ndarray, smooth: bool) -> np.ndarray:
-    """A process of unit variance from independent normal numbers, shape (n, runs): Ornstein-Uhlenbeck, correlation
-    exp(-distance/length), or smooth, that is with a slope, (1 + r) exp(-r), r = sqrt(3) distance/length."""
-    if smooth:
-        apart = math.sqrt(3) * np.abs(travel[:, None] - travel) / length
-        root = np.linalg.cholesky((1 + apart) * np.exp(-apart) + 1e-9 * np.eye(len(travel)))
-        return root @ draws
-    path = np.empty_like(draws)
-    path[0] = draws[0]
-    for k in range(1, len(travel)):
-        keep = math.exp(-(travel[k] - travel[k - 1]) / length)
-        path[k] = keep * path[k - 1] + math.sqrt(1 - keep**2) * draws[k]
-    return path
+    """A process of such a correlation from independent normal numbers, shape (n, runs)."""
+    hair = 1e-9 if smooth else 0.0  # a smooth one is nearly singular
+    return np.linalg.cholesky(correlation(travel, length, smooth) + hair * np.eye(len(travel))) @ draws

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.campaign import BeltSheet, Campaign, Machine, Quantity
+from belt_sim.campaign import Campaign, Machine, Quantity
 from belt_sim.case import GRAVITY, Case, Schedule, Settings
 from belt_sim.curves import Curves
 from belt_sim.errors import CannotRepresent, InputError
@@ -27,7 +27,7 @@ from belt_sim.virtual_rig.faults import Fault
 from belt_sim.virtual_rig.hidden import HiddenFaults, specified_hidden
 from belt_sim.virtual_rig.make import BASES, Truth, build_campaign, check_base, check_seed, describe_truth
 from belt_sim.virtual_rig.march import TrueErrors, add_noise, draw_errors, true_machine
-from belt_sim.virtual_rig.plan import Noise, Plan, grid
+from belt_sim.virtual_rig.plan import TEST_BELT, Noise, Plan, grid
 
 #: A narrow belt, so that the bending stress of its edges, 2 E b beta/L = 5.3 N/mm2 at the yaw below, stays under its
 #: tension, and K L = 0.48 ... 1.17 makes the tension felt; Lambda = 0.41 at 10 N/mm2, 0.002 at 60.
@@ -36,12 +36,11 @@ SHORT_RIG = Machine(
     head_radius=Quantity(value=0.170, u=1e-4),
     tail_radius=Quantity(value=0.170, u=1e-4),
 )
-NARROW_BELT = BeltSheet(
+NARROW_BELT = replace(
+    TEST_BELT,
     width=Quantity(value=0.1, u=5e-5),
     thickness=Quantity(value=3e-4, u=1e-6),
     youngs_modulus=Quantity(value=210e9, u=2e9),
-    density=Quantity(value=7850.0),
-    poisson_ratio=Quantity(value=0.3),
 )
 TENSIONS = (10.0 * N_PER_MM2, 20.0 * N_PER_MM2, 40.0 * N_PER_MM2, 60.0 * N_PER_MM2)
 YAW = 2.5e-4  # [rad]
@@ -82,7 +81,6 @@ def with_simulator_error(sensors: Noise, engine: str = "native") -> tuple[Noise,
 #: Fine enough for minutes; what it costs in accuracy the campaign file states (python -m studies.space_error).
 OPTIONS = Options(dx=0.02, run_in=0.0)
 REFERENCE = "belt-sim virtual-rig engine=mujoco: a membrane belt in 3D ({engine}); {error}"
-_SALT_BYTES = 16
 _POINTS = {f"point_{k + 1}": k for k in range(4)}
 _TILTS = {"upper_mid_span": 0, "lower_mid_span": 1}
 
@@ -144,7 +142,7 @@ def make_space_campaign(
     readings = add_noise(readings, plan.travel, SENSORS.sheets(plan), SENSORS, streams[1])
     stated_noise, words = with_simulator_error(SENSORS, engine)
     campaign = build_campaign(plan, stated_noise, readings, title, REFERENCE.format(engine=engine, error=words))
-    return campaign, describe_truth(seed, base, what, SENSORS, errors, None, streams[2].bytes(_SALT_BYTES).hex(), name)
+    return campaign, describe_truth(seed, base, what, SENSORS, errors, None, streams[2], name)
 
 
 def scene_effects(load: EffectLoader, faults: Sequence[Fault]) -> tuple[Any, ...]:

@@ -170,7 +170,7 @@ def row(where: str, words: str, *, amount: Callable | None = None, **given: Any)
         for form in names.split(", ")
     ]
     (variable, form), *also = forms
-    usual = {"idle_on": ("beam_th2",) if place == "span_torsion" else ()}
+    usual: dict[str, Any] = {"idle_on": ("beam_th2",) if place == "span_torsion" else ()}
     usual |= {"span_states": tuple(np.linspace(0.0, 1.0, 9))} if "span_state" in given else {}
     if amount is not None:
         hook, pulley = _ADDED[place]
@@ -202,7 +202,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "yaw_tail | time_since_step exponential, saturating; travel exponential",
         "The steering relaxes after its step: share (1 - exp(-t/time)) of the yaw is added in time.",
         share=size("1", 0.2, 3.0),
-        time=shape(25.0, lambda plan, rng: rng.uniform(0.1, 0.5) * plan.length / plan.runs[0].speed),
+        time=between(25.0, 0.1, 0.5, "duration"),
         amount=lambda f, s, line: f.share * line.yaw * (1 - _fading(f, s, line)),
     ),
     "ringing_yaw": row(
@@ -253,7 +253,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "runup_head | y saturating, power, threshold",
         "The head pulley has shoulders: off the middle it turns the belt back by kappa at most, kappa tanh(y/y0).",
         kappa=size("1/m", 3e-5, 2e-3),
-        width=shape(1e-3, lambda plan, rng: 10 ** rng.uniform(-3.7, -2.5)),
+        width=between(1e-3, 10**-3.7, 10**-2.5, log=True),
         turn=lambda f, s, line, y, kappa: -f.kappa * np.tanh(y / f.width) * ON_HEAD_PULLEY,
     ),
     "dead_zone": row(
@@ -282,7 +282,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "runup_tail | time_since_step exponential; travel exponential; time_since_step saturating",
         "The tail's rubber stays askew after a yaw step and recovers in time: it turns the belt meanwhile.",
         kappa=size("1/m", 1e-4, 5e-3),
-        time=shape(20.0, lambda plan, rng: rng.uniform(0.08, 0.5) * plan.length / plan.runs[0].speed),
+        time=between(20.0, 0.08, 0.5, "duration"),
         amount=lambda f, s, line: (  # fully from a yaw of _FULL on, not by an error of a microradian
             f.kappa * np.clip(line.yaw / _FULL, -1.0, 1.0) * np.where(s >= line.yaw_at, _fading(f, s, line), 0.0)
         ),
@@ -432,7 +432,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "span | y saturating, threshold, linear; contact_angle threshold, constant",
         "A rest under the upper span sticks to the belt up to a force, then slides with it: it remembers the belt.",
         force=size("N", 0.5, 100.0, positive=True),
-        stiffness=shape(5e3, lambda plan, rng: 10 ** rng.uniform(2.5, 4.5)),
+        stiffness=between(5e3, 10**2.5, 10**4.5, log=True),
         share=between(0.5, 0.2, 0.8),
         loads=lambda f, line: (unit_load(line, True, "force", f.share),),
         push=_sticky_rest,
@@ -472,7 +472,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "After a yaw step the spans twist more and more easily: T (1 - share (1 - exp(-t/time))).",
         share=size("1", 0.4, 0.95, positive=True),
         time=between(30.0, 0.08, 0.4, "duration", log=True),
-        sections=lambda f, state, line, upper: Sections(torsion=1 - f.share * state + 0 * line.stress),
+        sections=lambda f, state, line, upper: Sections(torsion=1 - f.share * state),
         span_state=lambda f, s, line, to_tail, ends: -np.expm1(-_since(s, line) / f.time),
     ),
     "edge_cracks": row(
@@ -481,7 +481,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         share=size("1", 0.3, 0.95, positive=True),
         sign=shape(1.0, lambda plan, rng: rng.choice((-1.0, 1.0))),
         angle=between(1e-4, 0.05, 0.3, "largest_yaw"),
-        sections=lambda f, state, line, upper: Sections(bending=1 - f.share * state + 0 * line.stress),
+        sections=lambda f, state, line, upper: Sections(bending=1 - f.share * state),
         span_state=lambda f, s, line, to_tail, ends: (1 + np.tanh(f.sign * (ends[3] - ends[1]) / f.angle)) / 2,
     ),
     "fatigue_cracks": row(
@@ -489,7 +489,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "The belt is breaking up all round: its spans bend the more easily the further it has run.",
         span_states=tuple(np.linspace(0.0, 0.95, 20)),
         rate=size("1/m", 5e-3, 0.05, positive=True),
-        sections=lambda f, state, line, upper: Sections(bending=1 - state + 0 * line.stress),
+        sections=lambda f, state, line, upper: Sections(bending=1 - state),
         span_state=lambda f, s, line, to_tail, ends: np.clip(f.rate * s, 0.0, 0.95),
     ),
     "span_stiffening": row(
@@ -497,7 +497,7 @@ _TABLE: dict[str, dict[str, Any]] = {
         "A span stiffens with its amplitude: EI (1 + c q/(1 + q)), q the mean square of its bend over ``bend``.",
         c=size("1", 0.4, 10.0, positive=True),
         bend=between(5e-4, 0.5, 3.0, "largest_yaw", log=True),
-        sections=lambda f, state, line, upper: Sections(bending=1 + f.c * state + 0 * line.stress),
+        sections=lambda f, state, line, upper: Sections(bending=1 + f.c * state),
         span_state=_bend_of_cubic,
     ),
     "support_roller": row(

@@ -395,5 +395,5 @@ def _measured(seed, streams, true, sheet, prior, run, habits, what, noise, *, mi
     unstated = {"start": [r.start for r in true.runs], "run_in": [begin, float(habits.run_in)], "y0": list(habits.y0)}
     unstated |= {"true_tension": [r.tension / N_PER_MM2 for r in true.runs], "true_yaw": [r.yaw for r in true.runs]}
     unstated |= {"prior_yaw": np.broadcast_to(prior, len(true.runs)).tolist()}
-    salt, plan = streams[4].bytes(16).hex(), f"plant {len(PLANT_KINDS)}"
-    return campaign, describe_truth(seed, _BASE, what, noise, errors, dirt, salt, plan, unstated)
+    plan = f"plant {len(PLANT_KINDS)}"
+    return campaign, describe_truth(seed, _BASE, what, noise, errors, dirt, streams[4], plan, unstated)

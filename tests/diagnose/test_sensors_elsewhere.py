@@ -139,10 +139,11 @@ def read_inside(share: float, fault: dict) -> np.ndarray:
         yaw = history.interpolate(history.yaw, s)
         ends = history.ends(history.state_at(np.stack([s, s])), history.wrap_exit(s), yaw)
         forward = line.direction > 0  # then the upper span runs to the tail, else to the head pulley
-        nodes = [np.where(forward, 1.0 - share, share) * (span.nodes.shape[1] - 1) for span in history.spans]
+        spans = [line.span(to_tail=to_tail)[1] for to_tail in (True, False)]
+        places = [np.where(forward, 1.0 - share, share) * (nodes.shape[1] - 1) for nodes in spans]
         to_tail, to_head = (
-            np.stack([span.nodes[k, round(float(at[k])), 0] for k in range(len(at))])
-            for span, at in zip(history.spans, nodes, strict=True)
+            np.stack([nodes[k, round(float(at[k])), 0] for k in range(len(at))])
+            for nodes, at in zip(spans, places, strict=True)
         )
         field = np.where(forward[:, None], to_tail, to_head)  # (runs, 4): y there per unit of y and slope at the ends
         return (field.T[:, None] * np.where(forward, *ends)).sum(axis=0)

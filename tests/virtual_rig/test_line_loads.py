@@ -12,7 +12,7 @@ from belt_sim.virtual_rig.faults import (
     OffCentreLoadFault,
     SideDragFault,
 )
-from belt_sim.virtual_rig.line import unit_load
+from belt_sim.virtual_rig.line import RUN_UP, TILT, unit_load
 from belt_sim.virtual_rig.march import TrueErrors, observe, true_line
 from belt_sim.virtual_rig.plan import Plan, RunSetting
 
@@ -64,8 +64,8 @@ def test_forces_and_couples_are_what_the_equations_say(base, share, direction):
             unit_load(line, True, "couple" if couple else "force", share),
             ends_of(line, jump, along, np.zeros(6)),
         )
-        assert [found.run_up.item(), found.run_off.item()] == pytest.approx(wanted[:2], rel=EXACT)
-        assert found.tilt.item() == pytest.approx(wanted[2], rel=TILTED, abs=1e-12)
+        assert found.adds[:2, 0].tolist() == pytest.approx(wanted[:2], rel=EXACT)
+        assert found.adds[TILT].item() == pytest.approx(wanted[2], rel=TILTED, abs=1e-12)
 
 
 @pytest.mark.parametrize("base", ["beam_th2", "strip"])
@@ -79,17 +79,16 @@ def test_spread_loads_are_what_the_equations_say(base):
             unit_load(line, True, "spread_roll" if roll else "spread_force"),
             ends_of(line, np.zeros(6), 2 * SPAN, spread),
         )
-        assert [found.run_up.item(), found.run_off.item()] == pytest.approx(wanted[:2], rel=EXACT, abs=1e-15)
-        assert found.tilt.item() == pytest.approx(wanted[2], rel=TILTED, abs=1e-15)
+        assert found.adds[:2, 0].tolist() == pytest.approx(wanted[:2], rel=EXACT, abs=1e-15)
+        assert found.adds[TILT].item() == pytest.approx(wanted[2], rel=TILTED, abs=1e-15)
 
 
 def test_a_couple_is_two_forces_ahead_and_behind():
     """Towards +y ahead and towards -y behind turns y' upwards: as drag on the edge y > 0 does, r x F > 0."""
     line, apart = line_from("strip"), 1e-3
     ahead, behind = (unit_load(line, True, "force", 0.4 + side * apart / 2) for side in (1, -1))
-    for name in ("run_up", "run_off", "tilt"):
-        pair = (getattr(ahead, name) - getattr(behind, name)) / (apart * SPAN)
-        assert getattr(unit_load(line, True, "couple", 0.4), name) == pytest.approx(pair, rel=1e-4)
+    pair = (ahead.adds - behind.adds) / (apart * SPAN)
+    assert unit_load(line, True, "couple", 0.4).adds == pytest.approx(pair, rel=1e-4)
 
 
 def test_a_leaning_machine_bends_both_run_ups_as_clamped_beams():
@@ -139,7 +138,7 @@ def test_reversed_travel_is_the_machine_turned_about_the_vertical(fault, sign):
 def test_without_tension_a_span_is_a_clamped_beam(share):
     """kappa L = P L t^2 (1 - t)/EI under a force, M t (2 - 3 t)/EI under a couple (any table of beams)."""
     line = line_from("beam_th2", 1e3)
-    force, couple = (unit_load(line, True, kind, share).run_up.item() for kind in ("force", "couple"))
+    force, couple = (unit_load(line, True, kind, share).adds[RUN_UP].item() for kind in ("force", "couple"))
     assert force == pytest.approx(SPAN * share**2 * (1 - share) / BENDING, rel=1e-3)
     assert couple == pytest.approx(share * (2 - 3 * share) / BENDING, rel=1e-3)
 

@@ -6,7 +6,7 @@ from virtual_bench import ARC, SPAN, YAW, late_rate, measured, plan_of
 
 from belt_sim.campaign import Quantity
 from belt_sim.units import MM, MM_PER_M, N_PER_MM2
-from belt_sim.virtual_rig.line import solve_span
+from belt_sim.virtual_rig.line import RUN_UP, TILT, solve_span
 from belt_sim.virtual_rig.march import TrueErrors, true_line
 from belt_sim.virtual_rig.plan import RunSetting
 
@@ -29,7 +29,7 @@ TRANSIENTS = {
 def steady_rates(base: str, tensions) -> np.ndarray:
     """Late rates [mm/m] for which the curvature at both run-ups of the finite-element spans is 0."""
     plan = plan_of(*(RunSetting(tension=t * N_PER_MM2, yaw=YAW) for t in tensions))
-    row = true_line(plan, base, TrueErrors()).span().run_up
+    row = true_line(plan, base, TrueErrors()).span()[0][RUN_UP]
     w0, w1 = -row[1] / row[2] / SPAN, -row[3] / row[2] / SPAN
     return YAW * SPAN * (w1 - w0) / (2 * (SPAN + ARC)) / MM_PER_M
 
@@ -62,14 +62,14 @@ def test_a_long_march_settles_at_the_steady_rate(base):
 def test_curvature_factors_of_sievers():
     """f1, f2, f3 at KL = 1.128 (physics sheet, section 4)."""
     one = np.ones(1)
-    row = solve_span(one, one, 1.128**2 * one, one, 0 * one).run_up[:, 0]
+    row = solve_span(one, one, 1.128**2 * one, one, 0 * one)[0][RUN_UP, :, 0]
     np.testing.assert_allclose(row, [6.12610, 1.95920, -6.12610, 4.16690], rtol=1e-5)
 
 
 def test_a_rigid_turn_bends_nothing():
     one = np.ones(1)
-    span = solve_span(7 * one, 3 * one, 5 * one, 0.2 * one, 0.4 * one)
-    for answer in (span.run_up, span.run_off, span.tilt):
+    answers, _ = solve_span(7 * one, 3 * one, 5 * one, 0.2 * one, 0.4 * one)
+    for answer in answers:
         turned = answer.T @ [0.0, 1.0, 7.0, 1.0]
         np.testing.assert_allclose(turned, 0.0, atol=1e-8 * np.abs(answer).max())
 
@@ -78,9 +78,9 @@ def test_no_sag_no_tilt_and_the_strip_becomes_th2():
     heavy = plan_of(RunSetting(tension=10 * N_PER_MM2, yaw=YAW))
     belt = heavy.belt.__class__(**{**vars(heavy.belt), "density": Quantity(value=1e-3)})
     light = plan_of(*heavy.runs).__class__(**{**vars(heavy), "belt": belt})
-    strip, flat = (true_line(light, base, TrueErrors()).span() for base in ("strip", "beam_th2"))
-    np.testing.assert_allclose(strip.run_up, flat.run_up, rtol=1e-6)
-    assert np.all(flat.tilt == 0.0)
+    strip, flat = (true_line(light, base, TrueErrors()).span()[0] for base in ("strip", "beam_th2"))
+    np.testing.assert_allclose(strip[RUN_UP], flat[RUN_UP], rtol=1e-6)
+    assert np.all(flat[TILT] == 0.0)
 
 
 def test_the_step_is_small_enough():

@@ -8,6 +8,7 @@ from virtual_bench import YAW, plan_of
 
 from belt_sim.campaign import Quantity
 from belt_sim.virtual_rig.faults import EdgeProfileFault, WeldFault
+from belt_sim.virtual_rig.line import RUN_UP
 from belt_sim.virtual_rig.march import BeltMarch, TrueErrors, perfect_reading, true_line
 from belt_sim.virtual_rig.plan import TEST_RIG, RunSetting
 
@@ -45,7 +46,7 @@ def test_steady_travel_keeps_the_slope_of_the_whole_belt():
     w = (y["1"] - perfect_reading(history, (), "point_1", s - 50.0).item()) / 50.0
     assert y["1"] - y["2"] == pytest.approx(w * line.wrap_tail.item(), rel=1e-3)
     assert y["3"] - y["4"] == pytest.approx(w * line.wrap_head.item(), rel=1e-3)
-    row = line.span().run_up[:, 0]
+    row = line.span()[0][RUN_UP, :, 0]
     w0, w1 = -row[1] / row[2], -row[3] / row[2]
     assert w == pytest.approx(YAW * (w1 - w0) / line.belt_length.item(), rel=2e-3)
 
