@@ -230,7 +230,7 @@ class BeltMarch:
             gone = slip_turn(bent - landed, -rows[::-1, RUN_OFF, 1], line, self.sticks)
             if node is not None:
                 self.gone[node] = gone
-            ends = self.ends(y, past + gone, yaw)
+            ends[:, :2] += gone[::-1]
         return (rows[:, RUN_UP] * ends).sum(axis=1) + self.push(s, ends, node)[RUN_UP], yaw, rows
 
     def ends(self, y: np.ndarray, past: np.ndarray, yaw: np.ndarray) -> np.ndarray:
