@@ -40,16 +40,15 @@ def test_there_are_blind_ones_for_every_place_and_each_has_its_words():
 
 
 @pytest.mark.parametrize(
-    ("name", "parameters", "hook", "period"),
+    ("name", "parameters", "hook", "extra", "period"),
     [
-        ("thermostat_head", {"amplitude": 1e-4, "period": 20.0}, "yaw_head", 10.0),
-        ("bald_patch", {"kappa": 1e-4}, "turn", 2 * ARC),
-        ("tension_beat", {"share": 0.1}, "tension", BELT),
+        ("thermostat_head", {"amplitude": 1e-4, "period": 20.0}, "yaw", (), 10.0),
+        ("bald_patch", {"kappa": 1e-4}, "turn", (np.zeros((2, 1)), np.zeros((2, 1))), 2 * ARC),
+        ("tension_beat", {"share": 0.1}, "span_state", (True, np.zeros((4, 1))), BELT),
     ],
 )
-def test_what_swings_comes_again(name, parameters, hook, period):
+def test_what_swings_comes_again(name, parameters, hook, extra, period):
     line, fault = line_from(), faulty(name, **parameters)
-    extra = (np.zeros((2, 1)), np.zeros((2, 1))) if hook == "turn" else ()
     once, again, between = (getattr(fault, hook)(s, line, *extra) for s in (3.0, 3.0 + period, 3.0 + 0.37 * period))
     np.testing.assert_allclose(once, again, atol=1e-12)
     assert np.max(np.abs(once - between)) > 1e-6
@@ -61,7 +60,7 @@ def line_from(**setting):
 
 def test_the_fan_strokes_straight_to_and_fro():
     line, fan = line_from(), faulty("thermostat_head", amplitude=1e-4, period=20.0)
-    course = [fan.yaw_head(s, line).item() for s in np.linspace(0.0, 2.5, 11)]
+    course = [fan.yaw(s, line)[1].item() for s in np.linspace(0.0, 2.5, 11)]
     np.testing.assert_allclose(np.diff(course), 1e-5, rtol=1e-9)  # a quarter period: up to the amplitude
     assert course[-1] == pytest.approx(1e-4)
 
@@ -69,7 +68,7 @@ def test_the_fan_strokes_straight_to_and_fro():
 def test_beats_come_and_go():
     line, gears = line_from(), faulty("beating_head", amplitude=1e-4, wavelength=4.0, ratio=1.25)
     s = np.arange(0.0, 20.0, 0.05)
-    course = np.abs([gears.yaw_head(x, line) for x in s])
+    course = np.abs([gears.yaw(x, line)[1] for x in s])
     assert course.max() > 1.8e-4
     assert course[np.abs(s - 10.0) < 1.5].max() < 0.8e-4  # half a beat: 4 m against 5 m
 
