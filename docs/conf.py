@@ -44,7 +44,7 @@ nitpicky = True
 nitpick_ignore_regex = [
     (r"py:.*", r"(numpy|np|jax|jnp|pandas|pathlib|collections|typing|os)\..*"),
     (r"py:class", r"(Path|Any|Sequence|Callable|Mapping|Iterable|optional|Numbers|Camber|MjSpec|SweepTable)"),
-    (r"py:class", r"belt_sim\.importing\.(columns\.LoggedTables|build\.Proposal)"),
+    (r"py:class", r"belt_sim\.importing\.(columns\.LoggedTables?|build\.Proposal)"),
     (r"py:class", r"(FieldInfo|NoneType|types\.Annotated)"),
     (r"py:class", r"(dict|tuple)\[str"),  # autodoc takes generics apart
     # named, not listed

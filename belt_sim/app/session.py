@@ -301,7 +301,7 @@ class Session:
             tray.loggers, tray.mapping = {}, None
         try:
             if tray.loggers or tray.mapping is not None:
-                paths = list(dict.fromkeys(table.file for table in before.logged.tables)) if before else []
+                paths = list(dict.fromkeys(table.file for table in before.logged)) if before else []
                 if tray.loggers:
                     folder = self.new_folder("import", tray.loggers)
                     paths = [folder / name for name in tray.loggers]

@@ -112,7 +112,8 @@ def ask_in_terminal(logged: LoggedTables, stated: dict[str, Any] | None = None, 
         tell_proposal(proposal, out)
         if Confirm.ask("Is this right?", console=out, default=True):
             return proposal
-        columns, runs = list(logged.columns), [r.name for r in proposal.complete().runs]
+        columns = list(dict.fromkeys(c.name for table in logged for c in table.columns))
+        runs = [r.name for r in proposal.complete().runs]
         out.print(escape(f"columns: {', '.join(columns)}; runs: {', '.join(runs)}"))
         name = Prompt.ask("Which column or run is wrong?", console=out, choices=[*columns, *runs], show_choices=False)
         keys = ["role", "unit", "at", "sign", "factor", "name"]

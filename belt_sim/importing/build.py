@@ -103,7 +103,7 @@ def understand(logged: LoggedTables, mapping: Any = None) -> Proposal:
     campaign = None
     if not missing and machine is not None and belt is not None:
         campaign = Campaign(
-            title=entry.title or f"imported from {shortlist(dict.fromkeys(t.file.name for t in logged.tables))}",
+            title=entry.title or f"imported from {shortlist(dict.fromkeys(t.file.name for t in logged))}",
             source=Source(**entry.source.model_dump()),
             machine=machine,
             belt=belt,

@@ -201,19 +201,8 @@ class LoggedTable:
         return refusal(self.file, remedy, line=int(self.lines[row]), name=name, value=value, unit=unit)
 
 
-@dataclass(frozen=True, kw_only=True)
-class LoggedTables:
-    """Everything that was read."""
-
-    tables: tuple[LoggedTable, ...]
-
-    @property
-    def columns(self) -> dict[str, Column]:
-        """Columns of all tables by name; of one name, the first."""
-        found: dict[str, Column] = {}
-        for column in (c for table in self.tables for c in table.columns):
-            found.setdefault(column.name, column)
-        return found
+#: everything that was read
+LoggedTables = tuple[LoggedTable, ...]
 
 
 # ---- what names say
@@ -381,14 +370,15 @@ def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> list[LoggedT
 
     Raises InputError for what cannot be.
     """
-    strange = next((name for name in mapping.columns if name not in logged.columns), None)
+    names = [c.name for table in logged for c in table.columns]
+    strange = next((name for name in mapping.columns if name not in names), None)
     if strange is not None:
-        remedy = f"no file has such a column; {did_you_mean(strange, logged.columns)}"
+        remedy = f"no file has such a column; {did_you_mean(strange, names)}"
         raise InputError(f"columns.{strange}", strange, "", remedy)
     along = {e.against for e in mapping.columns.values()}
     stated = [e.name for e in mapping.columns.values() if e.name]
     form, tables = mapping.format, []
-    for table in logged.tables:
+    for table in logged:
         taken: dict[str | None, list[str]] = defaultdict(lambda: [*stated])
         columns: list[Column] = []
         for column in table.columns:

@@ -513,9 +513,7 @@ def _remarks(made: list[AssembledRun], runs: list[Run], records: list[Any], name
         told = f"not known, but that of {shortlist(counted)} is; state it of every run, or of none"
         raise InputError(f"runs.{blank[0]}.start", None, "m", told)
     unset = (r.name for r, m in zip(runs, made, strict=True) if r.yaw and "yaw_at" not in m.settings)
-    found = (r for r, m in zip(runs, made, strict=True) if r.repeat_of and m.entry.repeat_of is None)
     notes = [Note(name, YAW_FROM_START) for name in unset]
-    notes += [Note(r.name, f"repeats {r.repeat_of}, same settings") for r in found]
     for m, record in zip(made, records, strict=True):
         if lacking := [n for n in names if n not in record]:
             text = f"has no {' and no '.join(lacking)}, which other runs have; is its column called otherwise there?"

@@ -210,7 +210,7 @@ def read(files: Sequence[str | Path], form: Mapping[str, Any] | None = None) -> 
     form["decimal"] = form.get("decimal") or OTHER.get(form.get("thousands") or "", "")
     tables = [propose_roles(table) for path in paths for table in _read_file(path, form)]
     names = unique((table.name for table in tables), lambda n: f"_{n}")
-    return LoggedTables(tables=tuple(replace(t, name=name) for t, name in zip(tables, names, strict=True)))
+    return tuple(replace(t, name=name) for t, name in zip(tables, names, strict=True))
 
 
 def _read_file(file: Path, form: Mapping[str, Any]) -> list[LoggedTable]:

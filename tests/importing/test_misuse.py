@@ -103,7 +103,7 @@ def test_a_header_that_stands_there_twice(tmp_path):
 def test_columns_of_one_name_are_told_apart(tmp_path):
     (tmp_path / "a.csv").write_text(table(["travel [m]", "y [mm]", "y [mm]"], [L.travel, L.y1, L.y4]))
     logged = read([tmp_path / "a.csv"])
-    assert [c.name for c in logged.tables[0].columns] == ["travel [m]", "y [mm]", "y [mm] (b)"]
+    assert [c.name for c in logged[0].columns] == ["travel [m]", "y [mm]", "y [mm] (b)"]
     proposal = understand(logged, MAPPING | {"all_runs": RUN})
     assert [q.key for q in proposal.missing] == ["columns.y [mm].at", "columns.y [mm] (b).at"]
     places = {"y [mm]": {"at": "point_1"}, "y [mm] (b)": {"at": "point_4"}}

@@ -103,7 +103,7 @@ def test_the_unit_of_a_rate_that_is_not_known_is_asked_about(tmp_path, unit):
 )
 def test_of_roles_that_a_name_speaks_of_the_one_that_has_its_unit_counts(tmp_path, name, role, at):
     (tmp_path / "a.csv").write_text(table(["travel [m]", "y1 [mm]", name], [L.travel, L.y1, L.y4]))
-    column = read([tmp_path / "a.csv"]).columns[name]
+    column = read([tmp_path / "a.csv"])[0].columns[2]
     assert (column.role, column.at) == (role, at)
 
 
