@@ -36,7 +36,8 @@ from belt_sim.results.errors import Comparison, Drawings, SteadyError
 if TYPE_CHECKING:
     from belt_sim.results.diagnosis import FoundEffect
 
-STEADY_TRAVEL = 300.0  # [m]; the strip's transient at 7 N/mm2 is longer than 100 m
+STEADY_TRAVELS = tuple(300.0 * 2.0**k for k in range(6))  # [m]; the strip's transient at 4 N/mm2 is longer than 600 m
+STEADY_WITHIN = 0.1  # of u: a late rate that changes by less on twice the travel is the steady one
 
 
 @one_blas_thread
@@ -60,13 +61,17 @@ def compare(
     acting = effects_of(effects)
     refuse_effects(chosen, acting)
 
-    # late rates in steady.csv: modelled by the closed form, or by a long run where effects act
+    # late rates in steady.csv: modelled by the closed form, or by runs as long as it takes where effects act
     steady, runs = [], {r.name: r for r in campaign.runs}
     for stated in campaign.steady:
         run, u = runs[stated.run], stated.u
         case = case_of(campaign, run)
         if acting and isinstance(chosen, Model):
-            modelled = late_rates(chosen.run(case, acting, travel=STEADY_TRAVEL))
+            modelled = np.full(4, np.inf)
+            for travel in STEADY_TRAVELS:
+                before, modelled = modelled, late_rates(chosen.run(case, acting, travel=travel))
+                if np.abs(modelled - before).max() < STEADY_WITHIN * u:
+                    break
         else:
             modelled = np.full(4, chosen.steady_rate(case))
         for point in np.flatnonzero(np.isfinite(stated.rates)).tolist():

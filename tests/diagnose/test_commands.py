@@ -9,6 +9,7 @@ import pytest
 from shipped_schema import check
 from small_campaign import NAMES, SPREAD, campaign
 
+from belt_sim.api.compare import compare
 from belt_sim.campaign import SteadyRate, read_campaign, write_campaign
 from belt_sim.effects.load import load_effects
 from belt_sim.virtual_rig.make import make_campaign
@@ -111,6 +112,17 @@ def test_steady_rates_alone_are_compared(belt, tmp_path):
     assert content["steady"][0]["ratio"] == pytest.approx(abs(content["steady"][0]["modelled_mm_per_m"] - 0.10) / 0.01)
     assert "per_run" not in content
     assert (answer.folder / "steady.svg").is_file()
+
+
+@pytest.mark.parametrize("tension", [4e6, 10e6])
+def test_a_steady_rate_with_a_null_effect_is_that_without(tension):
+    """However long a slack belt takes to settle."""
+    whole, nothing = campaign("nothing"), np.empty(0)
+    run = replace(whole.runs[0], tension=tension, travel=nothing, time=None, signals={})
+    table = replace(whole, runs=(run,), steady=(SteadyRate(run=run.name, rates=np.full(4, 1e-4), u=1e-5),))
+    rows = [compare(table, "strip", acting).steady for acting in (None, [{"id": "taper", "kappa_t": 1e-13}])]
+    plain, loaded = ([row.modelled for row in each] for each in rows)
+    np.testing.assert_allclose(loaded, plain, atol=0.1 * 1e-5)
 
 
 def test_a_hidden_effect_is_revealed(belt, tmp_path):
