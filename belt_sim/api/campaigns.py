@@ -1,14 +1,12 @@
 """Write a campaign folder from a logger's files, and tell what an import understood."""
 
 import copy
-import os
 from collections.abc import Callable, Mapping, Sequence
 from glob import glob
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 
 from belt_sim.campaign import Campaign
 from belt_sim.campaign.folder import SEALED
@@ -18,7 +16,7 @@ from belt_sim.importing.columns import DRAWING, span_of
 from belt_sim.importing.mapping import MappingEntry, mapping_of
 from belt_sim.io import write_text
 from belt_sim.results.words import Table
-from belt_sim.show.terminal import rich_table
+from belt_sim.show.terminal import say, tell
 from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 PICTURE = "understood.png"
@@ -97,10 +95,8 @@ def draft_text(proposal: Proposal) -> str:
     return mapping_text(mapping) + "\n".join([*lines, ""] if lines else [])
 
 
-def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
+def tell_proposal(proposal: Proposal) -> None:
     """What an import understood, in the terminal: tables of columns, runs and noise, and what is left open."""
-    out = out or Console(highlight=False)
-    piped = not out.is_terminal and "COLUMNS" not in os.environ  # a pipe has a sentence a line
 
     def several(names: Sequence[str]) -> str:
         return names[0] if len(names) == 1 else f"{names[0]} ... {names[-1]} ({len(names)})"
@@ -114,21 +110,19 @@ def tell_proposal(proposal: Proposal, out: Console | None = None) -> None:
         spans.setdefault(row, span_of(use) if use.role != "ignore" and not use.is_text else "")
     rows = [(several(names), *row[:2], spans[row], row[3]) for row, names in tables.items()]
     columns = ("table", "column", "is", "first to last", "because of")
-    out.print(rich_table(Table(title="Columns", columns=columns, rows=rows, left=columns)))
+    shown = [Table(title="Columns", columns=columns, rows=rows, left=columns)]
     if proposal.campaign is not None:
-        out.print(rich_table(imported_runs_table(proposal.campaign)))
-        if proposal.noise:
-            for table in noise_tables(proposal):
-                out.print(rich_table(table))
+        shown += [imported_runs_table(proposal.campaign), *(noise_tables(proposal) if proposal.noise else ())]
+    tell(shown, [])
     if proposal.unknown:
         left_out = ", ".join(q.path[1] for q in proposal.unknown)
         example = f'columns: {{"{proposal.unknown[0].path[1]}": {{at: point_1}}}}, or a role: travel, tension ...'
-        out.print(f"left out, nothing is known of: {left_out}; state  {example}", soft_wrap=piped, markup=False)
+        say(f"left out, nothing is known of: {left_out}; state  {example}")
     alike: dict[str, list[str]] = {}
     for note in proposal.notes:
         alike.setdefault(note.text, []).append(note.about)
     for what, about in alike.items():
-        out.print(f"{several(about)}: {what}" if any(about) else what, soft_wrap=piped, markup=False)
+        say(f"{several(about)}: {what}" if any(about) else what)
 
 
 def imported_runs_table(campaign: Campaign) -> Table:

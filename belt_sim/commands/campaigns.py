@@ -26,7 +26,7 @@ from belt_sim.importing.sheets import PLAN_COLUMNS, plan_for, plan_rows, templat
 from belt_sim.io import group_names
 from belt_sim.results.words import Table
 from belt_sim.settings import BOUNDS, belt_from, rig_from
-from belt_sim.show.terminal import progress, rich_table
+from belt_sim.show.terminal import progress, tell
 from belt_sim.units import MM
 from belt_sim.virtual_rig.make import BASE, plan_by_number, random_campaign
 from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG, Noise, Plan
@@ -54,7 +54,7 @@ def new_command(run_dir: RunDir) -> None:
     places = config["signals"] if isinstance(config["signals"], list) else [config["signals"]]
     campaign = template(folder, rig, belt, planned, [str(p) for p in places], travel, str(config["title"]))
     title = f"Runs to measure, {travel:g} m each"
-    Console(highlight=False).print(rich_table(Table(title, PLAN_COLUMNS, plan_rows(planned), left=("run", "good for"))))
+    tell([Table(title, PLAN_COLUMNS, plan_rows(planned), left=("run", "good for"))], [])
     print(f"campaign  {folder}\n          campaign.yaml: replace what says REPLACE; plan.md: this table")
     print(f"next      belt-sim check campaign={folder} travel={travel:g}")
     for warning in harm_warnings(campaign):
@@ -101,7 +101,7 @@ def ask_in_terminal(logged: LoggedTables, stated: dict[str, Any] | None = None, 
     out = out or Console(highlight=False)
     mapping = copy.deepcopy(stated or {})
     proposal = understand(logged, mapping)
-    tell_proposal(proposal, out)
+    tell_proposal(proposal)
     if any(q.path[-1] == "at" for q in (*proposal.missing, *proposal.unknown)):
         out.print(DRAWING, markup=False)
     while True:
@@ -109,7 +109,7 @@ def ask_in_terminal(logged: LoggedTables, stated: dict[str, Any] | None = None, 
         if questions:
             proposal = _ask(logged, mapping, questions[0], out)
             continue
-        tell_proposal(proposal, out)
+        tell_proposal(proposal)
         if Confirm.ask("Is this right?", console=out, default=True):
             return proposal
         columns = list(dict.fromkeys(c.name for table in logged for c in table.columns))

@@ -22,7 +22,6 @@ from belt_sim.results.words import Table, capital, in_terminal
 
 if TYPE_CHECKING:  # a run of a line model prints lines alone, and does not wait for rich
     from rich.console import Console
-    from rich.table import Table as RichTable
 
     from belt_sim.results.diagnosis import Diagnosis
 
@@ -36,6 +35,9 @@ def tell_choice(config: Mapping[str, Any], model: str, why: str = "") -> None:
         print(f"model {model}, as {why or REASONS[model]}; or model=NAME")
 
 
+LONGEST_UNBROKEN = 34  # of a run or effect, that its column never breaks
+
+
 def say(line: object, indent: int = 0) -> None:
     """Print a line of a result, ``indent`` letters from the left: wrapped in a window, in a pipe as it is."""
     space, width = " " * indent, shutil.get_terminal_size().columns
@@ -45,14 +47,28 @@ def say(line: object, indent: int = 0) -> None:
 
 
 def tell(tables: Iterable[Table], lines: Iterable[object]) -> None:
-    """Lines of a result, its verdict first, then its tables, then where its files are (a path among the lines)."""
+    """Lines of a result, its verdict first, then its tables, then where its files are (a path among the lines).
+
+    Tables have no lines between columns: on a narrow window words wrap in place.
+    """
     lines = list(lines)
     for line in (x for x in lines if not isinstance(x, Path)):
         say(line)
     for table in tables:
+        from rich import box
         from rich.console import Console
+        from rich.table import Table as RichTable
+        from rich.text import Text
 
-        Console(highlight=False).print(rich_table(table))
+        look: Any = {"box": box.SIMPLE_HEAD, "pad_edge": False, "collapse_padding": True, "title_justify": "left"}
+        shown = RichTable(title=Text(table.title), **look)
+        for k, name in enumerate(table.columns):
+            left = name in table.left
+            whole = not left or (k == 0 and all(len(row[0]) <= LONGEST_UNBROKEN for row in table.rows))
+            shown.add_column(Text(name), justify="left" if left else "right", overflow="fold", no_wrap=whole)
+        for k, row in enumerate(table.rows):
+            shown.add_row(*map(Text, map(in_terminal, row)), style="red" if k in table.marked else None)
+        Console(highlight=False).print(shown)
     for path in (x for x in lines if isinstance(x, Path)):
         print(path)
 
@@ -91,27 +107,6 @@ def tell_diagnosis(d: "Diagnosis", folder: Path, *, verbose: bool = False) -> No
     law = ("found_law.yaml",) if found is not None and found.law_file and d.law_holds else ()
     files = [folder / name for name in ("report.html", "effects.yaml", "diagnosis.json", *law)]
     tell(d.tables() if verbose else (), ["", *files])
-
-
-LONGEST_UNBROKEN = 34  # of a run or effect, that its column never breaks
-
-
-def rich_table(table: Table) -> "RichTable":
-    """A table of a result for the terminal, without lines between columns: on a narrow window words wrap in place."""
-    from rich import box
-    from rich.markup import escape
-    from rich.table import Table as RichTable
-    from rich.text import Text
-
-    look: Any = {"box": box.SIMPLE_HEAD, "pad_edge": False, "collapse_padding": True}
-    shown = RichTable(title=escape(table.title), title_justify="left", **look)
-    for k, name in enumerate(table.columns):
-        side = "left" if name in table.left else "right"
-        whole = name not in table.left or (k == 0 and all(len(row[0]) <= LONGEST_UNBROKEN for row in table.rows))
-        shown.add_column(escape(name), justify=side, overflow="fold", no_wrap=whole)  # type: ignore[arg-type]
-    for k, row in enumerate(table.rows):
-        shown.add_row(*map(Text, map(in_terminal, row)), style="red" if k in table.marked else None)
-    return shown
 
 
 # Observers of a run: progress, MuJoCo's own viewer; and whether a way to watch is possible here.
