@@ -27,10 +27,9 @@ DASHES: tuple[Any, ...] = ("-", (0, (5, 2)), (0, (1.5, 1.5)), (0, (6, 2, 1.5, 2)
 
 
 @style.picture
-def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves], title: str = "") -> Path:
+def curves_picture(path: str | os.PathLike | None, curves: Mapping[str, Curves], title: str) -> Path:
     """Lateral position of points 1-4 [mm] against travel [m] of named curves: of one set a plot with a colour a point,
     of several a plot a point with a colour a set."""
-    title = title or ", ".join(curves)
     if len(curves) == 1:
         fig, [ax] = style.figure(8.0, 4.6, layout=None)
         (only,) = curves.values()
@@ -239,9 +238,7 @@ LEAST_VALUES = 3  # values of a number, from which on rates are drawn against it
 #: keys of a run that say what it is, in the order in which they get colours; others follow
 RUN_KEYS = ("tension", "yaw", "yaw_head", "effects", "travel", "speed", "direction")
 KEY_NAMES = {"yaw_head": "yaw of the head pulley"}  # of keys that do not say it themselves
-STEADY_LABEL, LATE_LABEL = "steady rate [mm per m of travel]", "late rate of point 1 [mm per m of travel]"
 PLAIN_LINE: dict[str, Any] = {"color": INK, "linestyle": "-", "linewidth": 1.8}
-HOLLOW_DOT: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": INK, "markerfacecolor": "white"}
 #: what tells the values of the first, second and third key apart
 KEY_LOOKS: tuple[tuple[str, Sequence[Any]], ...]
 KEY_LOOKS = (("color", CYCLE), ("linestyle", DASHES), ("linewidth", (1.8, 0.9, 3.0, 0.5)))
@@ -368,12 +365,15 @@ def sweep_rates(path: Path | None, runs: Sequence[FinishedRun], along: str, keys
         settled = np.append(settled, own)
     steady = [run.steady is not None or run.settled for run in runs]  # whether the rate that is drawn is the steady one
     late = "" if all(steady) else ": late rate of point 1 where the steady one is unknown"
-    handles += [] if settled.all() else [Line2D([], [], label=f"not settled{late}", **HOLLOW_DOT)]
+    if not settled.all():
+        hollow: dict[str, Any] = {"marker": "o", "linestyle": "none", "color": INK, "markerfacecolor": "white"}
+        handles.append(Line2D([], [], label=f"not settled{late}", **hollow))
     if handles:
         fig.legend(handles=handles, loc="outside lower center", ncols=min(len(handles), 5))
     ax.axhline(0.0, color=INK, linewidth=0.8, zorder=1)
     ax.margins(x=0.03)
-    ax.set(xlabel=AXIS_LABELS.get(along, along.replace("_", " ")), ylabel=STEADY_LABEL if any(steady) else LATE_LABEL)
+    column = "steady_rate_mm_per_m" if any(steady) else "rate1_mm_per_m"
+    ax.set(xlabel=AXIS_LABELS.get(along, along.replace("_", " ")), ylabel=AXIS_LABELS[column])
     name, *names = (KEY_NAMES.get(k, k.split(".")[-1].replace("_", " ")) for k in (along, *keys))
     title = f"{'Steady' if any(steady) else 'Late'} rate against {name}"
     return style.save(fig, path, f"{title}, by {words.join_words(names)}" if keys else title)
