@@ -24,9 +24,9 @@ class FoundEffect:
     """An effect that the model lacks; numbers: every parameter in SI; parameters: those that the readings can see.
 
     probability: its weight against what could stand in its place, confusable_with; source_file: of an effect of one's
-    own; law: its entry in an effects.yaml; stamp: STAMP where even with it the model fails, so that its numbers are
-    effective values; alone: what each of several numbers would be without the others, where only together they are
-    known; by_explanation: parameters in each of several tied explanations that all have the effect.
+    own; law: its entry in an effects.yaml; stamp: what stands beside its numbers where the model fails even with it;
+    alone: what each of several numbers would be without the others, where only together they are known;
+    by_explanation: parameters in each of several tied explanations that all have the effect.
     """
 
     id: str
