@@ -192,7 +192,8 @@ def library() -> dict[str, type[Effect]]:
     """Return the effect classes by id, in alphabetical order."""
     found: dict[str, type[Effect]] = {}
     for module in pkgutil.iter_modules([os.path.dirname(__file__)]):
-        found |= effects_in(importlib.import_module(f"belt_sim.effects.{module.name}"))
+        own = effects_in(importlib.import_module(f"belt_sim.effects.{module.name}"))
+        found |= {cls.id: cls for cls in own if cls.id}
     return dict(sorted(found.items()))
 
 
@@ -202,16 +203,7 @@ def title_of(cls: type[Effect]) -> str:
     return cls.title or lines[0].rstrip(".")
 
 
-def effects_in(module) -> dict[str, type[Effect]]:
-    """Return the effect classes that a module itself defines, by id."""
-    return {c.id: c for c in _classes_in(module) if c.id}
-
-
-def undeclared_in(module) -> list[type[Effect]]:
-    """Return classes of effects that a module itself defines without an id, and that are no base of others."""
-    return [c for c in _classes_in(module) if not (c.id or c.__subclasses__())]
-
-
-def _classes_in(module) -> list[type[Effect]]:
+def effects_in(module) -> list[type[Effect]]:
+    """Return the effect classes that a module itself defines; one that is a base of others has no id."""
     own = [v for v in vars(module).values() if isinstance(v, type) and v.__module__ == module.__name__]
-    return [c for c in own if issubclass(c, Effect)]
+    return [c for c in own if issubclass(c, Effect) and (c.id or not c.__subclasses__())]

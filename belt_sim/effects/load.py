@@ -11,7 +11,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
-from belt_sim.effects.base import Effect, effects_in, library, undeclared_in
+from belt_sim.effects.base import Effect, effects_in, library
 from belt_sim.effects.generic_law import ID as LAW
 from belt_sim.effects.generic_law import (
     TERM_NUMBERS,
@@ -197,17 +197,17 @@ def _read_entry(item: Any) -> tuple[dict[str, type[Effect]], dict[str, Any]]:
             is_told = isinstance(error, InputError)  # by ``effect``, of a declaration
             what = f"{error}" if is_told else f"the file does not import: {type(error).__name__}: {error}"
             raise wrong_file(path, line, what) from error
-    found, undeclared = effects_in(sys.modules[module]), undeclared_in(sys.modules[module])
-    if not (found or undeclared):
+    found = effects_in(sys.modules[module])
+    if not found:
         raise wrong_file(path, 1, "it defines no effect; docs/write_an_effect.md and belt-sim new-effect show one")
     if is_new:
         try:
-            for cls in (*found.values(), *undeclared):
+            for cls in found:
                 _inspect(cls, path)
         except InputError:
             del sys.modules[module]
             raise
-    return found, numbers
+    return {cls.id: cls for cls in found}, numbers
 
 
 # Effects in a user's own Python file: what is wrong with one is said in a line with file, line and remedy.

@@ -124,7 +124,7 @@ def march_open(
     """
     case = as_driven(case, effects)
     spans = Spans.from_case(case, (*model.built_in, *effects), model)
-    advance = _stepper(spans, spacing)
+    advance = partial(_advance, spans, spacing)
 
     start = _start(spans, slots)
     shapes = [spans.shape_at(place) for place in inside]
@@ -150,13 +150,13 @@ def march_open(
 def _steps_traced(case: Case, effects, spacing, *, model: Composition, plan) -> Curves:
     records, stride, slots = plan
     spans = Spans.from_case(case, (*model.built_in, *effects), model)
-    advance = _stepper(spans, spacing)
+    advance = partial(_advance, spans, spacing)
 
     def record(carry, k):
-        def one(i, carry):
-            return advance(carry, k * stride + i)
-
-        carry = one(0, carry) if stride == 1 else jax.lax.fori_loop(0, stride, one, carry)
+        if stride == 1:
+            carry = advance(carry, k)
+        else:
+            carry = jax.lax.fori_loop(0, stride, lambda i, carry: advance(carry, k * stride + i), carry)
         return carry, _observe(carry, spans, start)
 
     start = _start(spans, slots)
@@ -182,43 +182,35 @@ def _compile_march(model: Composition, plan, effects: tuple[type, ...]):
     return StoredProgram(rows, program_key("curves", model, effects, plan), brief=True)  # a run of 400 m takes 5 ms
 
 
-def _stepper(spans, spacing):
-    """Return a function (carry, step number) -> carry that advances the march by one step."""
-    case, effects = spans.case, spans.effects
+def _advance(spans, spacing, carry, k):
+    """Return the march after step ``k``; carry: ring (slots, 6): y, alpha, moment of the tail, then of the head, step i
+    in row i modulo slots; the state, the run-offs and the yaw."""
+    case, effects, (ring, now, off, _) = spans.case, spans.effects, carry
     shapers = uses(effects, "yaw") + uses(effects, "runup") + uses(effects, "bend")
-    arcs = jnp.stack([case.rig.wrap_tail, case.rig.wrap_head])
+    slots, s0, values = ring.shape[0], k * spacing, []  # values that ran up one wrapped arc ago
+    for pulley, arc in enumerate((case.rig.wrap_tail, case.rig.wrap_head)):
+        back = arc / spacing
+        whole = jnp.floor(back).astype(int)
+        part = back - whole
+        near, far = ring[(k + 1 - whole) % slots], ring[(k - whole) % slots]
+        values.append(((1 - part) * near + part * far)[3 * pulley : 3 * pulley + 3])
+    both = jnp.stack(values)
+    off1 = RunOff(y=both[:, 0], alpha=both[:, 1], moment=both[:, 2])
+    off1 = apply_hook(effects, "wrap", off1, replace(now, travel=s0 + spacing), case)
+    commanded = _yaw(case, drive.mean_angle, s0, s0 + spacing)
 
-    def advance(carry, k):
-        ring, now, off, _ = carry  # ring (slots, 6): y, alpha, moment of the tail, then of the head, step k in row k
-        slots = ring.shape[0]  # modulo so many
-        s0 = k * spacing
-        values = []  # that ran up one wrapped arc ago
-        for pulley in (0, 1):
-            back = arcs[pulley] / spacing
-            whole = jnp.floor(back).astype(int)
-            part = back - whole
-            near, far = ring[(k + 1 - whole) % slots], ring[(k - whole) % slots]
-            values.append(((1 - part) * near + part * far)[3 * pulley : 3 * pulley + 3])
-        both = jnp.stack(values)
-        off1 = RunOff(y=both[:, 0], alpha=both[:, 1], moment=both[:, 2])
-        off1 = apply_hook(effects, "wrap", off1, replace(now, travel=s0 + spacing), case)
-        commanded = _yaw(case, drive.mean_angle, s0, s0 + spacing)
+    def correct(_, guess):
+        then = replace(guess[0], travel=s0 + spacing)  # keeps what depends on travel alone out of the loop
+        yaw, push = _average_forcing(effects, commanded, case, now, then)
+        y, alpha = _solve(now, off, off1, yaw, push, spans, spacing)
+        yaw_end = apply_hook(effects, "yaw", _yaw(case, drive.angle_at, s0 + spacing), then, case)
+        then = spans.state(s0 + spacing, now.travel, y, alpha, off1, yaw_end)
+        return spans.apply_slides(then, off1, yaw_end), yaw_end
 
-        def correct(_, guess):
-            then = replace(guess[0], travel=s0 + spacing)  # keeps what depends on travel alone out of the loop
-            yaw, push = _average_forcing(effects, commanded, case, now, then)
-            y, alpha = _solve(now, off, off1, yaw, push, spans, spacing)
-            yaw_end = apply_hook(effects, "yaw", _yaw(case, drive.angle_at, s0 + spacing), then, case)
-            then = spans.state(s0 + spacing, now.travel, y, alpha, off1, yaw_end)
-            return spans.apply_slides(then, off1, yaw_end), yaw_end
-
-        guess = (replace(now, travel=s0 + spacing), commanded)
-        then, yaw_end = jax.lax.fori_loop(0, 2, correct, guess) if shapers else correct(0, guess)
-        row = jnp.stack([then.y, then.alpha, then.moment], axis=1).ravel()
-        ring = ring.at[(k + 1) % slots].set(row)
-        return ring, then, off1, yaw_end
-
-    return advance
+    guess = (replace(now, travel=s0 + spacing), commanded)
+    then, yaw_end = jax.lax.fori_loop(0, 2, correct, guess) if shapers else correct(0, guess)
+    row = jnp.stack([then.y, then.alpha, then.moment], axis=1).ravel()
+    return ring.at[(k + 1) % slots].set(row), then, off1, yaw_end
 
 
 def _average_forcing(effects, commanded, case, now, then):

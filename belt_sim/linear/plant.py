@@ -22,7 +22,7 @@ from scipy.linalg import block_diag
 from belt_sim.case import Case, Schedule
 from belt_sim.errors import CannotRepresent, InputError, Limit, whole
 from belt_sim.io import write_with
-from belt_sim.jax_setup import in_float64, jit_float64
+from belt_sim.jax_setup import LEAST_EFFORT, in_float64, jit_float64
 from belt_sim.line.hooks import AFTER_ENGINE, Hooks, apply_hook, as_driven, overrides
 from belt_sim.line.runup import RunOff, RunUp, Yaw
 from belt_sim.line.spans import Composition, Spans
@@ -325,7 +325,7 @@ def _nonlinearity(case: Case, effects: Sequence[Hooks], model: Composition) -> s
     return None if lasting else "its law changes along the travel, and the coefficients of a linear plant do not"
 
 
-@partial(jit_float64, brief=True, static_argnames=("model",))
+@partial(jit_float64, effort=LEAST_EFFORT, static_argnames=("model",))
 def _derivatives(case: Case, effects: tuple[Hooks, ...], *, model: Composition):
     """dx/ds at x = 0 and its derivatives along x (4, 4), the delayed x (4, 4) and the yaws (4, 2)."""
     spans = Spans.from_case(case, (*model.built_in, *effects), model)
@@ -333,7 +333,7 @@ def _derivatives(case: Case, effects: tuple[Hooks, ...], *, model: Composition):
     return rate(*_STRAIGHT), *jax.jacfwd(rate, argnums=(0, 1, 2))(*_STRAIGHT)
 
 
-@partial(jit_float64, brief=True, static_argnames=("model",))
+@partial(jit_float64, effort=LEAST_EFFORT, static_argnames=("model",))
 def _linear_and_lasting(case: Case, effects: tuple[Hooks, ...], travel, *points, model: Composition):
     """Whether dx/ds at ``points``, shapes (k, 4), (k, 4), (k, 2), lies on its tangent at x = 0, and whether it is the
     same at ``travel`` [m], shape (k,)."""

@@ -10,7 +10,7 @@ import mujoco
 import numpy as np
 
 from belt_sim.case import Numbers as Array
-from belt_sim.jax_setup import jit_float64
+from belt_sim.jax_setup import LEAST_EFFORT, jit_float64
 from belt_sim.space import wrap as on_pulley
 from belt_sim.space.belt import BeltArrays
 from belt_sim.space.elastic import Level, factorise, stretch_energy, twist_energy
@@ -38,7 +38,7 @@ def lay_pulleys(scene: SceneLayout, belt: BeltArrays) -> BeltOnPulley:
     return jax.tree.map(np.asarray, _anchor_laid(belt, pulleys, np.moveaxis(mesh.laid, 0, -1)))
 
 
-@partial(jit_float64, brief=True)  # runs once a case
+@partial(jit_float64, effort=LEAST_EFFORT)  # runs once a case
 def _anchor_laid(belt: BeltArrays, pulleys: BeltOnPulley, nodes: Array) -> BeltOnPulley:
     r, y, angle = jax.vmap(on_pulley.cylinder_coordinates, (None, 0))(nodes, pulleys.pose)
     circle = jax.vmap(on_pulley.radius_at, (0, None, 0))(pulleys.surface, 0.0, y)

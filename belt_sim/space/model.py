@@ -48,6 +48,9 @@ class SpaceModel:
     engine: str = "native"
     contact: str = CONTACTS[0]
     scene: Any = None
+    name: str = field(init=False, repr=False, compare=False)
+    title: str = field(init=False, repr=False, compare=False)
+    contains: frozenset[str] = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         for name, given, known in (
@@ -57,6 +60,9 @@ class SpaceModel:
                 raise InputError(name, given, "", f"use {' or '.join(known)}")
         if self.scene is not None and self.contact == CONTACTS[0]:
             object.__setattr__(self, "contact", CONTACTS[1])
+        # a belt with weight and width hangs, tilts and shears by itself
+        contains = frozenset[str]() if self.belt == "rope" else frozenset({"sag_roll", "shear"})
+        vars(self).update(name=f"mujoco_{self.belt}", title=_TITLES[self.belt], contains=contains)
 
     @staticmethod
     def from_settings(belt: str, settings: Mapping[str, Any]) -> "SpaceModel":
@@ -66,19 +72,6 @@ class SpaceModel:
             raise InputError("model.contact", CONTACTS[0], "", "leave it out: contacts carry the belt of model.scene")
         numbers = {name: value for name, value in settings.items() if name not in _NO_OPTIONS}
         return SpaceModel(belt=belt, options=Options.from_settings(numbers), **own)
-
-    @property
-    def name(self) -> str:
-        return f"mujoco_{self.belt}"
-
-    @property
-    def title(self) -> str:
-        return _TITLES[self.belt]
-
-    @property
-    def contains(self) -> frozenset[str]:
-        """A belt with weight and width hangs, tilts and shears by itself."""
-        return frozenset() if self.belt == "rope" else frozenset({"sag_roll", "shear"})
 
     def refusal(self, effect: Effect | type[Effect]) -> str | None:
         """Why the 3D belt cannot show an effect; None when it can."""

@@ -1,6 +1,7 @@
 """engine=quasi_static: the 3D belt as static equilibria, without inertia, which does not matter at a 35th of the string
 speed. A step is a length of travel; what a run filters over time is filtered over the travel made in that time."""
 
+import math
 from collections.abc import Hashable, Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
@@ -13,7 +14,7 @@ from belt_sim.case import Case
 from belt_sim.case import Numbers as Array
 from belt_sim.curves import Curves
 from belt_sim.errors import SimulationError
-from belt_sim.jax_setup import in_float64
+from belt_sim.jax_setup import StoredProgram
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space import chain, run, wrap
 from belt_sim.space.belt import ActiveFeatures, BeltArrays, belt_arrays, guide_forces, load_forces
@@ -254,7 +255,7 @@ def run_travel_cases(
     ready: Sequence[TravelCase], chunk: int | None, observers: Sequence[object] = ()
 ) -> Iterator[list[Curves | SimulationError]]:
     """Curves of cases of one kind, chunk by chunk, which nobody can observe; see BatchEngine."""
-    rows = max(len(r.recorded) for r in ready)
+    rows = SEGMENT * math.ceil(max(len(r.recorded) for r in ready) / SEGMENT)
     size = min(chunk or run.cases_per_chunk(ready[0].stations, ready[0].belt.shape.lines), len(ready))
     for begin in range(0, len(ready), size):
         some = ready[begin : begin + size]
@@ -265,8 +266,14 @@ def run_travel_cases(
             last = [np.broadcast_to(c[-1:, -1:], (rows - len(c), *c.shape[1:])) for c in leaves]
             padded = [np.concatenate(both) for both in zip(leaves, last, strict=True)]
             trees.append((r.belt, r.state, jax.tree.unflatten(structure, padded)))
-        arrays = jax.tree.map(lambda *v: np.stack(v), *trees)
-        tables, found = np.asarray(in_float64(run_batch)(*arrays)), list[Curves | SimulationError]()
+        belts, states, commands = jax.tree.map(lambda *v: np.stack(v), *trees)
+        structure, segments, found = jax.tree.structure(states), [], list[Curves | SimulationError]()
+        for at in range(0, rows, SEGMENT):
+            now = jax.tree.map(lambda c, at=at: c[:, at : at + SEGMENT], commands)
+            leaves, table = run_batch(belts, states, now)
+            states = jax.tree.unflatten(structure, leaves)
+            segments.append(table)
+        tables = np.concatenate(segments, axis=1)
         for made, table in zip(some, tables, strict=False):
             recorded, first = made.recorded, int(np.argmax(made.recorded))
             mean = table[: len(recorded)][recorded]
@@ -289,9 +296,10 @@ def run_travel_cases(
         yield found
 
 
-def run_case(belt: BeltArrays, state: TravelState, commands: run.Command) -> Array:
-    """Rows of mean readings of one case, (rows, 20): of ``reading``, travel [m], and by how much a node was corrected
-    at most [m]; with friction FRICTION_COLUMNS too, the last at its largest; commands: (rows, steps, ...)."""
+def run_case(belt: BeltArrays, state: TravelState, commands: run.Command) -> tuple[TravelState, Array]:
+    """The state after some rows of one case, and their mean readings, (rows, 20): of ``reading``, travel [m], and by
+    how much a node was corrected at most [m]; with friction FRICTION_COLUMNS too, the last at its largest; commands:
+    (rows, steps, ...)."""
 
     def one(state: TravelState, command: run.Command) -> tuple[TravelState, Array]:
         state = travel_step(belt, state, command)
@@ -307,10 +315,18 @@ def run_case(belt: BeltArrays, state: TravelState, commands: run.Command) -> Arr
         mean, most = reads.mean(axis=0), reads.max(axis=0)
         return state, mean.at[19].set(most[19]).at[24:].set(most[24:])
 
-    return jax.lax.scan(row, state, commands)[1]
+    return jax.lax.scan(row, state, commands)
 
 
-#: rows of mean readings of a batch, shape (cases, rows, 20)
-run_batch = jax.jit(jax.vmap(run_case))
+SEGMENT = 16  # rows of one compiled call, which serves runs of any travel
+
+
+def _run_cases(belts: BeltArrays, states: TravelState, commands: run.Command) -> tuple[list[Array], Array]:
+    """``run_case`` of a batch, every array with a leading axis of cases; the states as their leaves."""
+    after, rows = jax.vmap(run_case)(belts, states, commands)
+    return jax.tree.leaves(after), rows
+
+
+run_batch = StoredProgram(_run_cases, "rows of quasi-static cases")
 QUASI_STATIC = run.BatchEngine(lay_travel_case, run_travel_cases)
 prepare_case, simulate, simulate_batch = QUASI_STATIC.prepare_case, QUASI_STATIC.simulate, QUASI_STATIC.simulate_batch

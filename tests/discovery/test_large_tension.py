@@ -10,7 +10,7 @@ from small_discovery import effect_of, surveyed
 from belt_sim.campaign import case_of
 from belt_sim.discovery.search_data import rare_forms
 from belt_sim.effects.law import Form, Law, Term
-from belt_sim.jax_setup import jit_float64
+from belt_sim.jax_setup import LEAST_EFFORT, jit_float64
 from belt_sim.line.span import Bend, BoundaryValues, strip
 
 FILE = 0.02  # of what a large change adds: the file has it as a polynomial of its logarithm
@@ -50,7 +50,7 @@ def bent_by(name, share, case):
         bend = effect.bend(Bend(), boundary, effect.influence(strip(case), case), case)
         return bend.runup + bend.natural_runup
 
-    return jit_float64(added, brief=True)(case)
+    return jit_float64(added, effort=LEAST_EFFORT)(case)
 
 
 def test_waves_in_time_are_tried_where_speeds_differ():

@@ -86,7 +86,7 @@ def test_the_derivative_by_the_yaw_is_that_of_differences():
 
     def last(scale):
         yawed = commands._replace(yaw=commands.yaw * scale)
-        return run_case(ready.belt, ready.state, yawed)[-1, 0]
+        return run_case(ready.belt, ready.state, yawed)[1][-1, 0]
 
     _, slope = jax.jvp(last, (jnp.array(1.0),), (jnp.array(1.0),))
     above, below = (last(jnp.array(1.0 + d)) for d in (0.01, -0.01))
@@ -103,7 +103,7 @@ def test_the_derivative_by_a_taper_is_that_of_differences():
     @jax.jit
     def last(taper):
         conical = replace(belt, surfaces=belt.surfaces._replace(taper=jnp.stack([jnp.array(0.0), taper])))
-        return run_case(conical, state, commands)[-1, 0]
+        return run_case(conical, state, commands)[1][-1, 0]
 
     _, slope = jax.jvp(last, (jnp.array(2e-4),), (jnp.array(1.0),))
     above, below = (last(jnp.array(2e-4 + d)) for d in (2e-5, -2e-5))
@@ -124,8 +124,8 @@ def test_the_derivative_by_the_tension_is_that_of_differences():
             return here + change * 0.5 * (high - low)
 
         belt, state = jax.tree.map(moved, below, middle, above)
-        return run_case(belt, state, jax.tree.map(jnp.asarray, at[1].commands))[-1, 0]
+        return run_case(belt, state, jax.tree.map(jnp.asarray, at[1].commands))[1][-1, 0]
 
     _, slope = jax.jvp(last, (jnp.array(0.0),), (jnp.array(1.0),))
-    whole = [run_case(*jax.tree.map(jnp.asarray, (r.belt, r.state, r.commands)))[-1, 0] for r in at]
+    whole = [run_case(*jax.tree.map(jnp.asarray, (r.belt, r.state, r.commands)))[1][-1, 0] for r in at]
     assert float(slope) == pytest.approx(float(whole[2] - whole[0]) / 2.0, rel=2e-2)
