@@ -19,7 +19,7 @@ from belt_sim.errors import InputError
 from belt_sim.line import span as span_law
 from belt_sim.line.hooks import as_indicated
 from belt_sim.line.march import KEEP, MARCH_STEP, march_case
-from belt_sim.line.spans import ALL_HOOKS, Composition, steady_rate
+from belt_sim.line.spans import ALL_HOOKS, Composition
 
 
 class NamedModel(Protocol):
@@ -88,10 +88,6 @@ class AnalyticModel(Composition):
         for observer in observers:
             observer.finish(curves)
         return curves
-
-    def steady_rate(self, case: Case) -> float:
-        """Return the late drift w = dy/ds without effects [m/m], in closed form."""
-        return steady_rate(case, self)
 
 
 _NO_SPAN = ALL_HOOKS - {"span"}

@@ -4,7 +4,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Case
-from belt_sim.line.spans import Composition, edge_tensions, runup_weights, steady_rate
+from belt_sim.line.spans import Composition, edge_tensions, runup_weights
 
 
 def steady_offsets(case: Case, model: Composition) -> tuple[float, float]:
@@ -12,7 +12,7 @@ def steady_offsets(case: Case, model: Composition) -> tuple[float, float]:
 
     y_1 - y_4 = L (w1 beta + w0 beta_h - w), y_3 - y_2 = L (-w1 beta_h - w0 beta - w), for travel direction +1.
     """
-    w, (up, low), length = steady_rate(case, model), runup_weights(case, model), case.rig.span_length
+    w, (up, low), length = model.steady_rate(case), runup_weights(case, model), case.rig.span_length
     tail, head = float(case.settings.yaw.last()), float(case.settings.yaw_head.last())
     return length * (up * tail + (1 - up) * head - w), length * (-low * head - (1 - low) * tail - w)
 

@@ -76,6 +76,11 @@ class Composition:
             if reason := self.refusal(effect):
                 raise CannotRepresent(f"effects = {effect.id}: {reason}; leave it out or use model=beam_th2 or strip")
 
+    def steady_rate(self, case: Case) -> float:
+        """Return the late drift w = dy/ds of all four points [m/m] for the last yaw of both schedules, without effects:
+        w = L (w1 - w0)(beta - beta_h) / (2 L + W_t + W_h); w1 - w0 is the mean of both spans'."""
+        return float(steady_traced(case, self, sum(runup_weights(case, self)) / 2.0))
+
 
 @dataclass(frozen=True)
 class Spans:
@@ -222,14 +227,8 @@ def runup_weights(case: Case, model: Composition) -> tuple[float, float]:
     return float(tail), float(head)
 
 
-def steady_rate(case: Case, model: Composition) -> float:
-    """Return the late drift w = dy/ds of all four points [m/m] for the last yaw of both schedules, without effects:
-    w = L (w1 - w0)(beta - beta_h) / (2 L + W_t + W_h); w1 - w0 is the mean of both spans'."""
-    return float(steady_traced(case, model, sum(runup_weights(case, model)) / 2.0))
-
-
 def steady_traced(case: Case, model: Composition, w1: Any = None):
-    """Like ``steady_rate``, for use inside jit and vmap; w1: where it is known, the mean of both spans."""
+    """Like ``Composition.steady_rate``, for use inside jit and vmap; w1: where it is known, the mean of both spans."""
     rig, settings, span = case.rig, case.settings, model.span(case)
     if w1 is None and span.limp:
         w1 = 1.0

@@ -15,7 +15,6 @@ from belt_sim.effects.yaw import UnequalTension
 from belt_sim.line.march import march_case
 from belt_sim.line.runup import FRICTION, sag_angle
 from belt_sim.line.span import beam_second_order
-from belt_sim.line.spans import steady_rate
 from belt_sim.model import analytic_model
 from belt_sim.scene_parts import SceneParts
 from studies.closed_forms import shelton_factor, taper_gain
@@ -99,7 +98,7 @@ def test_soft_cover_starts_faster_by_its_own_moment():
     c = 5e-6
     soft, hard = affected([(paper_case(40), {"soft_cover": {"c": c}}), (paper_case(40), {})], 20.0)
     assert soft.y[0, 1] / hard.y[0, 1] == pytest.approx(1 + c * BELT.bending_stiffness, rel=EARLY)
-    assert steady_rate(paper_case(40), MODEL) == pytest.approx(0.16140e-3, rel=1e-4)
+    assert MODEL.steady_rate(paper_case(40)) == pytest.approx(0.16140e-3, rel=1e-4)
 
 
 @pytest.mark.evidence("yaw_compliance", route="formula", what="first stand of the pulley, two springs in series")
@@ -127,7 +126,7 @@ def test_crown_holds_the_belt_where_its_taper_balances_the_yaw():
 @pytest.mark.evidence("wobble", route="formula", what="period 2 pi R, no drift")
 def test_wobble_repeats_every_turn_and_does_not_drift():
     turns, size = 20, 1e-4
-    constant = abs(steady_rate(paper_case(40, size), MODEL))
+    constant = abs(MODEL.steady_rate(paper_case(40, size)))
     pairs = [(STILL, {"wobble": {name: size}}) for name in ("beta_cos", "beta_sin_head")]
     for c in affected(pairs, turns * 2 * np.pi * RIG.tail_radius):
         waves = np.abs(np.fft.rfft(np.diff(c.y[0])))
@@ -324,7 +323,7 @@ def test_on_bent_pulleys_the_belt_rests_where_their_axes_are_parallel():
     assert bent.y[[0, 2], -1].mean() == pytest.approx(YAW / (2 * bow), rel=LATE)
     aside = YAW / 2 / (bow + 2 / case.rig.span_length) * np.array([1.0, 1.0, -1.0, -1.0])
     np.testing.assert_allclose(bent.y[:, -1] - YAW / (2 * bow), aside, rtol=LATE)
-    assert np.abs(late_rates(bent)).max() < 1e-3 * steady_rate(case, MODEL)
+    assert np.abs(late_rates(bent)).max() < 1e-3 * MODEL.steady_rate(case)
 
 
 @pytest.mark.evidence("pulley_deflection", route="symmetry", what="far off the middle a yaw of both pulleys, {EXACT}")

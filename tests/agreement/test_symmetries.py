@@ -9,7 +9,6 @@ from paper_cases import YAW, marched, paper_case, response, steered
 from belt_sim.case import Schedule
 from belt_sim.curves import late_rates
 from belt_sim.line.march import march_case
-from belt_sim.line.spans import steady_rate
 from belt_sim.model import analytic_model
 from studies.closed_forms import steady_offsets
 
@@ -78,7 +77,7 @@ def test_yaws_superpose(runs):
 def test_late_rates_and_offsets_are_the_closed_forms(runs, which):
     model, cases, c = runs
     case, law = cases[which], analytic_model(model)
-    rate = steady_rate(case, law)
+    rate = law.steady_rate(case)
     np.testing.assert_allclose(late_rates(c[which]), rate, rtol=LATE)
     wanted = steady_offsets(case, law)
     y = np.asarray(c[which].y)[:, -1]

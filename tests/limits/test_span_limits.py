@@ -10,7 +10,7 @@ from scipy.integrate import solve_bvp
 from belt_sim.effects.yaw import cos_sin
 from belt_sim.jax_setup import in_float64
 from belt_sim.line import span as law
-from belt_sim.line.spans import runup_weights, steady_rate
+from belt_sim.line.spans import runup_weights
 from belt_sim.model import analytic_model
 from studies.closed_forms import shelton_factor, sievers_coefficients
 
@@ -66,7 +66,7 @@ def test_second_order_beam_tends_to_the_rope_as_stiffness_goes():
     for stiffness in (1e-4, 0.25e-4):  # K L ~ 1/sqrt(stiffness): the weight falls short of 1 by 1/(K L)
         case = paper_case(40)
         case = replace(case, belt=replace(case.belt, youngs_modulus=case.belt.youngs_modulus * stiffness))
-        errors.append(abs(steady_rate(case, model) / steady_rate(case, rope) - 1))
+        errors.append(abs(model.steady_rate(case) / rope.steady_rate(case) - 1))
     assert errors[1] < 5e-3
     assert order(errors, 2.0) == pytest.approx(1.0, abs=ORDER)
 
@@ -77,9 +77,9 @@ def test_strip_tends_to_the_second_order_beam_as_gravity_goes():
     for gravity in (0.2, 0.1):
         case = paper_case(20)
         case = replace(case, rig=replace(case.rig, gravity=gravity))
-        errors.append(abs(steady_rate(case, model) - steady_rate(case, beam)))
+        errors.append(abs(model.steady_rate(case) - beam.steady_rate(case)))
     assert order(errors, 2.0) == pytest.approx(2.0, abs=ORDER)  # even in Z: sagging up or down is the same
-    assert steady_rate(replace(case, rig=replace(case.rig, gravity=0.0)), model) == steady_rate(case, beam)
+    assert model.steady_rate(replace(case, rig=replace(case.rig, gravity=0.0))) == beam.steady_rate(case)
 
 
 def test_ernst_beam_tends_to_the_second_order_beam_as_the_sag_goes():
@@ -88,8 +88,8 @@ def test_ernst_beam_tends_to_the_second_order_beam_as_the_sag_goes():
         case = paper_case(tension)
         soft = 1.0 + (7850 * 9.81 * 11.28) ** 2 * 210e9 / (12 * (tension * 1e6) ** 3)
         as_beam = replace(case, belt=replace(case.belt, youngs_modulus=210e9 / soft))
-        assert steady_rate(case, model) == pytest.approx(steady_rate(as_beam, beam), rel=ROUNDING)
-    assert steady_rate(paper_case(400), model) == pytest.approx(steady_rate(paper_case(400), beam), rel=1e-3)
+        assert model.steady_rate(case) == pytest.approx(beam.steady_rate(as_beam), rel=ROUNDING)
+    assert model.steady_rate(paper_case(400)) == pytest.approx(beam.steady_rate(paper_case(400)), rel=1e-3)
 
 
 def test_softening_has_the_sizes_of_the_sheet():
