@@ -21,7 +21,7 @@ from belt_sim.case import Case
 from belt_sim.case import Numbers as Array
 from belt_sim.curves import Curves, Observer
 from belt_sim.errors import CannotRepresent, SimulationError
-from belt_sim.jax_setup import MARCH_EFFORT, in_float64, jit_float64
+from belt_sim.jax_setup import STEP_EFFORT, in_float64, jit_float64
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space import chain, run
 from belt_sim.space.belt import (
@@ -520,7 +520,7 @@ def compile_batch(leaves: tuple[int | None, ...], structure: Any):
         return carried_state(after), read
 
     axes = jax.tree.unflatten(structure, leaves)
-    return jit_float64(jax.vmap(run_steps, in_axes=(axes, None, 0, 0)), effort=MARCH_EFFORT, donate_argnums=2)
+    return jit_float64(jax.vmap(run_steps, in_axes=(axes, None, 0, 0)), effort=STEP_EFFORT, donate_argnums=2)
 
 
 MJX = run.BatchEngine(lay_time_case, run_time_cases)

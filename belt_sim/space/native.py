@@ -17,7 +17,7 @@ from belt_sim.case import Numbers as Array
 from belt_sim.curves import Curves, Observer
 from belt_sim.errors import SimulationError
 from belt_sim.io import write_text
-from belt_sim.jax_setup import MARCH_EFFORT, in_float64, jit_float64
+from belt_sim.jax_setup import STEP_EFFORT, in_float64, jit_float64
 from belt_sim.scene_parts import SceneParts
 from belt_sim.space import chain, run, wrap
 from belt_sim.space.belt import BeltArrays, active_features, belt_arrays, guide_forces, load_forces
@@ -120,7 +120,7 @@ def hold_belt(fixed: Fixed, was: Carried, at: Instant, joints: Array, nodes: Arr
     return carried, StepInput._make((*found, driven, fewest))
 
 
-@partial(jit_float64, static_argnums=0, effort=MARCH_EFFORT)
+@partial(jit_float64, static_argnums=0, effort=STEP_EFFORT)
 def between_steps(
     unpack: tuple[Callable[[Array], Any], ...], fixed: Array, carried: Array, instants: Array, joints: Array,
     slides: Array, pull: Array,
