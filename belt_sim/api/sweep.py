@@ -1,11 +1,12 @@
 """Many cases at once: ``bs.sweep`` marches a grid of cases side by side and returns a table, a row a case."""
 
 import copy
+import re
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from itertools import product
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,7 @@ from belt_sim.api.simulate import (
 from belt_sim.case import Case
 from belt_sim.curves import Curves, late_rates, late_records
 from belt_sim.effects.base import Effect
+from belt_sim.effects.load import check_numbers, load_classes
 from belt_sim.errors import InputError, finite, warning, whole
 from belt_sim.jax_setup import cores, jit_float64, map_in_threads
 from belt_sim.line.hooks import AFTER_ENGINE, uses
@@ -120,6 +122,7 @@ def sweep(
     values = np.stack(columns, axis=1) * [a.unit for a in axes]  # SI
     any_case = case_from(plain if travel is not None else {**plain, "travel": 1.0})
     grid = SweepGrid(axes, plain, any_case, effects_of(plain["effects"]))
+    grid.corners  # noqa: B018 (raises for what cannot be)
     chosen = grid.models(model, values)
     told: dict[str, np.ndarray] = {}
     for name in dict.fromkeys(chosen.tolist()):
@@ -169,7 +172,11 @@ class SweepGrid:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        return tuple(a.key for a in self.axes)
+        """Of each axis, its group or effects, and the fields there: ``pulley_radius`` is each radius that is not
+        stated."""
+        stated = self.plain["rig"] if isinstance(self.plain["rig"], Mapping) else {}
+        radii = " ".join(name for name in ("head_radius", "tail_radius") if stated.get(name) is None)
+        return tuple(a.key.replace("rig.pulley_radius", f"rig.{radii}") for a in self.axes)
 
     def models(self, model: Any, values: np.ndarray) -> np.ndarray:
         """The name of the model of every case: where none is stated, by its belt, its machine and its tension."""
@@ -194,8 +201,10 @@ class SweepGrid:
                 found[rows & (tension >= tensions[first])] = "strip"
         return found
 
+    @cached_property
     def corners(self) -> set[tuple[float, ...]]:
-        """The points at the ends of all axes of the rig, and of each other axis by itself, checked as a case is."""
+        """The points at the ends of all axes of the rig, and of each other axis by itself, checked as a case and its
+        effects are."""
         ends = [(float(a.values.min()), float(a.values.max())) for a in self.axes]
         first = tuple(float(a.values[0]) for a in self.axes)
         of_rig = [ends[k] if key.startswith("rig.") else (first[k],) for k, key in enumerate(self.keys)]  # may overlap
@@ -207,6 +216,9 @@ class SweepGrid:
                 group, _, name = axis.key.rpartition(".")
                 if group in ("", *SWEPT_GROUPS):
                     (checked[group] if group else checked)[name] = value
+                for e in self.effects:
+                    if e.id in group.split():
+                        check_numbers(type(e), {name: value})
             case_from(checked)
         return found
 
@@ -221,7 +233,7 @@ class SweepGrid:
         as slip is near 20 N/mm2, and even steps through the rows may leave out values of the inner axes.
         """
         rows = np.random.default_rng(0).choice(len(table), min(CASES_ASKED, len(table)), replace=False)
-        found = {*self.corners(), *map(tuple, table[[a.column for a in self.axes]].to_numpy()[rows].tolist())}
+        found = {*self.corners, *map(tuple, table[[a.column for a in self.axes]].to_numpy()[rows].tolist())}
         said, ids, travel = dict[str, tuple[float, str]](), [e.id for e in self.effects], self.plain["travel"]
         for point in sorted(found):
             case, effects = self.placed(point)
@@ -260,7 +272,7 @@ class SweepGrid:
                 raise InputError("effects", e.id, "", "closed forms read no effects; give a travel in m")
             if any(uses((e,), hook) for hook in ("encoder", *AFTER_ENGINE)):
                 raise InputError("effects", e.id, "", "acts on what is read; a sweep tells of the belt's own movement")
-        corners = [self.placed(point)[0] for point in sorted(self.corners())]
+        corners = [self.placed(point)[0] for point in sorted(self.corners)]
         columns, places, plan = sweep_columns(None), tuple[float, ...](), (0, 0, 0)
         if travel is not None:
             plans = [plan_steps(c, travel=travel, step=chosen.step, keep=KEEP) for c in corners]
@@ -301,8 +313,9 @@ def sweep_axes(config: Mapping[str, Any]) -> tuple[tuple[Axis, ...], dict[str, A
             owner[name] = float(axis.values[0])
     effects = plain["effects"] if isinstance(plain.get("effects"), list) else []
     for entry in (e for e in effects if isinstance(e, dict)):
+        ids = " ".join(load_classes([entry]))  # of a file, all that it holds
         for name, spec in entry.items():
-            if axis := _axis(f"{entry.get('id')}.{name}", spec):
+            if axis := _axis(f"{ids}.{name}", spec):
                 axes.append(axis)
                 entry[name] = float(axis.values[-1]) or float(axis.values[0])
     return tuple(axes), plain
@@ -312,7 +325,7 @@ def _axis(key: str, spec: Any) -> Axis | None:
     """The axis that ``spec`` means; None for a number that does not vary, and for a schedule of yaw."""
     if isinstance(spec, Mapping) and not {"from", "to", "count"} & set(spec):
         return None  # an adjustment {dx, d}
-    told = SWEPT_SETTINGS.get(key, (key.replace(".", "_"), 1.0))
+    told = SWEPT_SETTINGS.get(key, (re.sub(r"\W", "_", key), 1.0))
     if not isinstance(spec, Mapping):
         if not isinstance(spec, Sequence) or isinstance(spec, str) or any(isinstance(x, Mapping) for x in spec):
             return None
@@ -333,19 +346,18 @@ def _axis(key: str, spec: Any) -> Axis | None:
 def place_values(
     case: Case, effects: tuple[Effect, ...], keys: Sequence[str], values: Any
 ) -> tuple[Case, tuple[Effect, ...]]:
-    """``case`` and ``effects`` with ``values`` [SI], shape (axes,), in place of what ``keys`` name; may be traced."""
+    """``case`` and ``effects`` with ``values`` [SI], shape (axes,), in place of what ``keys`` name ("rig.gravity",
+    "rig.head_radius tail_radius", "taper.kappa_t"); may be traced."""
     for key, value in zip(keys, values, strict=True):
-        owner, _, name = key.partition(".")
+        owner, _, names = key.partition(".")
         if key in SWEPT_SETTINGS:
             now = getattr(case.settings, key)
             new = replace(now, change=value[None]) if key.startswith("yaw") else now * 0.0 + value
             case = replace(case, settings=replace(case.settings, **{key: new}))
-        elif key == "rig.pulley_radius":
-            case = replace(case, rig=replace(case.rig, head_radius=value, tail_radius=value))
         elif owner in SWEPT_GROUPS:
-            case = replace(case, **{owner: replace(getattr(case, owner), **{name: value})})
+            case = replace(case, **{owner: replace(getattr(case, owner), **dict.fromkeys(names.split(), value))})
         else:
-            effects = tuple(replace(e, **{name: value}) if e.id == owner else e for e in effects)
+            effects = tuple(replace(e, **{names: value}) if e.id in owner.split() else e for e in effects)
     return case, effects
 
 

@@ -8,6 +8,7 @@ import pytest
 from command import refusal
 
 import belt_sim as bs
+from belt_sim.io import ROOT
 
 SMALL = ("travel=12", "pictures=false")
 BAD = {
@@ -27,6 +28,8 @@ BAD = {
     "tension={from: 5, to: 60, count: 20000000}": "at most 10,000,000",
     "effects=[{id: sensor_gain, gain_1: 0.1}]": "sensor_gain",
     "effects=[{id: taper, kappa: [1e-5, 2e-5]}]": "kappa",
+    "effects=[{id: taper, kappa_t: [1000, 2.0e-5]}]": "effects.taper.kappa_t = 1000 1/m: give at most",
+    "effects=[{id: slip, inverse_friction: [-3, 2]}]": "effects.slip.inverse_friction = -3 1: must be 0 or more",
 }
 
 
@@ -76,6 +79,21 @@ def test_numbers_of_effects_vary_too(belt):
     assert last.rates[0] * 1e3 == pytest.approx(table["rate1_mm_per_m"].iloc[2], rel=1e-8)
     without = bs.simulate(model="strip", tension=10, yaw=0.02, travel=12.0)
     assert without.rates[0] * 1e3 == pytest.approx(table["rate1_mm_per_m"].iloc[0], rel=1e-8)
+
+
+def test_a_stated_radius_does_not_follow_the_common_one():
+    rig = {"pulley_radius": [0.15, 0.2], "head_radius": 0.3}
+    table = bs.sweep(rig=rig, model="strip", travel=12.0)
+    one = bs.simulate(rig=rig | {"pulley_radius": 0.15}, model="strip", travel=12.0)
+    assert table["rate1_mm_per_m"].iloc[0] == pytest.approx(one.rates[0] * 1e3, rel=1e-8)
+
+
+def test_numbers_of_an_effects_file_vary():
+    own = str(ROOT / "models" / "effects" / "wind.py")
+    table = bs.sweep(effects=[{"id": own, "load": [0.01, 0.02]}], model="strip", travel=12.0)
+    one = bs.simulate(effects=[{"id": own, "load": 0.01}], model="strip", travel=12.0)
+    assert table["wind_load"].tolist() == [0.01, 0.02]
+    assert table["rate1_mm_per_m"].iloc[0] == pytest.approx(one.rates[0] * 1e3, rel=1e-8)
 
 
 def test_closed_forms_alone(belt):
