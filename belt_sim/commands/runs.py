@@ -302,40 +302,34 @@ def input_hashes(config: Any) -> dict[str, str]:
     """Path -> SHA-256 of every file that a configuration names (campaign folders, effects, scenes, mappings), of the
     .py files that an effects.yaml names, and of the modules beside a .py file that it imports."""
     found: dict[str, str] = {}
-    left = list(_named_files(config))
+    left: list[tuple[str, Any]] = [("", config)]  # keys, and what stands there
     while left:
-        path = left.pop()
-        if str(path) in found:
-            continue
-        with suppress(OSError):  # a run that cannot read it says so
-            found[str(path)] = file_hash(path)
-            text = path.read_text(encoding="utf-8", errors="replace") if path.suffix in (".yaml", ".yml", ".py") else ""
+        key, value = left.pop()
+        if isinstance(value, Mapping):
+            left += [(str(name), inner) for name, inner in value.items()]
+        elif isinstance(value, list | tuple):
+            left += [(key, inner) for inner in value]
+        elif key == "campaign" and isinstance(value, str) and value:
+            from belt_sim.campaign.folder import campaign_folder
+
+            with suppress(OSError, BeltError):
+                left += [("", path) for path in campaign_folder(value).glob("*")]
+        elif isinstance(value, Path) or (isinstance(value, str) and key not in ("out", "draft") and "." in value[-10:]):
+            path, text = Path(value), ""
+            if str(path) in found:
+                continue
+            with suppress(OSError, ValueError):  # no file; a run that cannot read it says so
+                found[str(path)] = file_hash(path)
+                if path.suffix in (".yaml", ".yml", ".py"):
+                    text = path.read_text(encoding="utf-8", errors="replace")
             if path.suffix == ".py":
                 imported = ",".join(re.findall(r"^[ \t]*(?:from|import)[ \t]+([\w., \t]+)", text, re.MULTILINE))
                 names = [f"{part.split()[0].replace('.', '/')}.py" for part in imported.split(",") if part.strip()]
             else:
                 names = [name.strip(" -\t") for name in re.findall(r"[^\n'\"\[\],:{}]+\.py\b", text)]
             places = (next((p for p in (Path(name), path.parent / name) if p.is_file()), None) for name in names)
-            left += [place for place in places if place is not None]
+            left += [("", place) for place in places if place is not None]
     return found
-
-
-def _named_files(value: Any, key: str = "") -> Iterator[Path]:
-    if isinstance(value, Mapping):
-        for name, inner in value.items():
-            yield from _named_files(inner, str(name))
-    elif isinstance(value, list | tuple):
-        for inner in value:
-            yield from _named_files(inner, key)
-    elif isinstance(value, str) and value and key == "campaign":
-        from belt_sim.campaign.folder import campaign_folder
-
-        with suppress(OSError, BeltError):
-            yield from sorted(p for p in campaign_folder(value).glob("*") if p.is_file())
-    elif isinstance(value, str) and key not in ("out", "draft") and "." in value[-10:]:
-        with suppress(OSError, ValueError):  # a text that is too long for a name, or that no name can be
-            if Path(value).is_file():
-                yield Path(value)
 
 
 # ---- a sweep
