@@ -73,7 +73,7 @@ def finite(
     """``value`` as a float if it is a finite number that ``fits``; raises InputError with ``remedy`` otherwise."""
     _refuse_quoted(name, value, unit)
     is_number = isinstance(value, int | float) and not isinstance(value, bool)
-    remedy = "give one number, not a list" if isinstance(value, list | tuple) else remedy
+    remedy = "give one number; only a sweep takes a list" if isinstance(value, list | tuple) else remedy
     if not is_number or not math.isfinite(value) or not fits(value):
         raise InputError(name, value, unit, remedy)
     return float(value)

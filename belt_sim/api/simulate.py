@@ -31,7 +31,7 @@ from belt_sim.model import (
     SteadyModel,
 )
 from belt_sim.results.simulation import Simulation
-from belt_sim.settings import case_from, case_or_settings, make_settings, model_settings
+from belt_sim.settings import case_from, case_or_settings, model_settings
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
 from belt_sim.space.options import AS_THE_CASE, CONTACTS, WATCHED, fit_options, refuse_unobeyed
 from belt_sim.units import N_PER_MM2
@@ -39,7 +39,6 @@ from belt_sim.validity import exceeded_limits, geometric, lifts_off, run_limits
 
 if TYPE_CHECKING:
     from mujoco import MjSpec
-    from pandas import DataFrame
 
     from belt_sim.linear.plant import LinearBelt, PlantSchedule
     from belt_sim.space.run import Computed
@@ -286,10 +285,10 @@ def limits_of_run(case: Case, model: Any, effects: Sequence[Effect], travel: flo
 def simulate(
     case: Case | None = None,
     *,
-    tension: Any = None,
+    tension: float | None = None,
     yaw: Any = None,
     yaw_head: Any = None,
-    speed: Any = None,
+    speed: float | None = None,
     direction: float | None = None,
     rig: Any = None,
     belt: Any = None,
@@ -299,44 +298,22 @@ def simulate(
     engine: str | None = None,
     observers: Sequence[Observer] = (),
     scene_path: Path | None = None,
-) -> "Simulation | DataFrame":
+    computed: Any = None,
+) -> Simulation:
     """Run ``case`` (in SI), or the case that the settings describe, for ``travel`` [m].
 
     Settings as on the command line: rig and belt (a name, a mapping or an object), tension [N/mm2], yaw and yaw_head
-    [degrees, {dx, d} in metres, or a list of {at, over, yaw}], speed [m/s], direction. A list of numbers,
-    ``tension=[7, 10, 20]``, gives the table of ``bs.sweep``, a row a case.
+    [degrees, {dx, d} in metres, or a list of {at, over, yaw}], speed [m/s], direction. ``bs.sweep`` takes many.
 
     model: a name, {name: ..., further settings} or a Model; None: strip, or of a slack belt strip_lift_off; engine: of
     a 3D model, "native" (None), "mjx" or "quasi_static"; effects: ids, mappings, .py files or objects. scene_path:
-    where a 3D model writes its scene (MJCF). A 3D model's setting ``scene`` is an MjSpec that ``bs.scene`` made,
-    edited, or the path of an XML: that is run instead, by MuJoCo's contacts.
+    where a 3D model writes its scene (MJCF); computed: what a batch has found for it as driven, so that no engine runs.
+    A 3D model's setting ``scene`` is an MjSpec that ``bs.scene`` made, edited, or the path of an XML: that is run
+    instead, by MuJoCo's contacts.
     """
     given = {"tension": tension, "yaw": yaw, "yaw_head": yaw_head, "speed": speed, "direction": direction}
     given |= {"rig": rig, "belt": belt}
-    from belt_sim.api.sweep import sweep, sweep_axes
-
-    how: dict[str, Any] = {"travel": travel, "model": model, "effects": effects, "engine": engine}
-    if case is None and sweep_axes(make_settings(given))[0]:
-        for name, value in (("observers", observers), ("scene_path", scene_path)):
-            if value:
-                raise InputError(name, "given", "", "goes with one case; leave it out")
-        return sweep(**given, **how)
     case = case_or_settings(case, given | ({"travel": travel} if case is None else {}))
-    return simulate_one(case, **how, observers=observers, scene_path=scene_path)
-
-
-def simulate_one(
-    case: Case,
-    *,
-    model: ModelSpec | None = None,
-    effects: Any = None,
-    travel: float = 60.0,
-    engine: str | None = None,
-    observers: Sequence[Observer] = (),
-    scene_path: Path | None = None,
-    computed: Any = None,
-) -> Simulation:
-    """One case; computed: what a batch has found for it as driven, so that no engine runs."""
     acting = effects_of(effects)
     ids, travel = [e.id for e in acting], float(travel)
     chosen = on_engine(model_of(by_tension(model, [case], ids)), engine)

@@ -20,7 +20,7 @@ from belt_sim.api.simulate import (
     fitted_model,
     limits_of_run,
     model_of,
-    simulate_one,
+    simulate,
     states_model,
     validity_limits,
 )
@@ -293,7 +293,7 @@ class SweepGrid:
         rows = []
         for own in values:
             case, effects = place_values(self.case, self.effects, self.keys, own)
-            found = simulate_one(case, model=model, effects=effects, travel=self.plain["travel"], engine=engine)
+            found = simulate(case, model=model, effects=effects, travel=self.plain["travel"], engine=engine)
             offsets = np.array(found.offsets or (np.nan, np.nan)) / MM
             rows.append([*found.rates / MM_PER_M, *offsets, found.is_settled])
         return rows

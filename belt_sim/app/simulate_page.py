@@ -14,7 +14,7 @@ import numpy as np
 from nicegui import run, ui
 
 from belt_sim.api.plot import plot
-from belt_sim.api.simulate import by_tension, model_named, simulate_one
+from belt_sim.api.simulate import by_tension, model_named, simulate
 from belt_sim.app import widgets
 from belt_sim.app.widgets import box, soft
 from belt_sim.case import Case
@@ -145,7 +145,7 @@ class View:
                     acting = [library()[i](**numbers) for i, numbers in self.effects.items()]  # a size may be nothing
                     asked: dict[str, Any] = {"travel": self.values["travel"]}
                     asked["effects"] = [e for e in acting if model_named(model).refusal(e) is None]
-                    shown = await run.io_bound(simulate_one, case, model=model, **asked)
+                    shown = await run.io_bound(simulate, case, model=model, **asked)
                 except BeltError as error:
                     self.say(str(error).splitlines(), [])
                 else:

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.api.simulate import SLACK_SCENE, by_tension, effects_of, model_of, on_engine, scene_text, simulate_one
+from belt_sim.api.simulate import SLACK_SCENE, by_tension, effects_of, model_of, on_engine, scene_text, simulate
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves, Observer, read_curves, write_curves
 from belt_sim.errors import BeltError, InputError, finite
@@ -95,7 +95,7 @@ def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = Fals
             (folder / PARTIAL).unlink(missing_ok=True)  # of an earlier run
             asked: dict[str, Any] = {"effects": acting, "travel": config["travel"], "computed": computed}
             asked |= {"observers": [*observers, CurvesSoFar(folder)] if observers else []}
-            found = simulate_one(case, model=model, **asked, scene_path=draft / "scene.xml")
+            found = simulate(case, model=model, **asked, scene_path=draft / "scene.xml")
             (folder / PARTIAL).unlink(missing_ok=True)
             if (curves := found.written_curves) is not None:
                 write_curves(draft / "curves.csv", curves)

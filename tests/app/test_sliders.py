@@ -7,7 +7,7 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
-from belt_sim.api.simulate import model_named, simulate_one
+from belt_sim.api.simulate import model_named, simulate
 from belt_sim.app.simulate_page import View, reach, warnings
 from belt_sim.app.widgets import effect_groups
 from belt_sim.effects.base import library
@@ -20,7 +20,7 @@ def simulated(model="strip", **changes):
     view = View(effects=changes.pop("effects", TAPER))
     view.values |= {"travel": 40.0} | changes
     acting = [library()[i](**numbers) for i, numbers in view.effects.items()]
-    return simulate_one(view.case(), model=model, effects=acting, travel=view.values["travel"])
+    return simulate(view.case(), model=model, effects=acting, travel=view.values["travel"])
 
 
 @pytest.mark.parametrize(

@@ -33,7 +33,7 @@ VALUES = [
     ("tension=inf", "give a finite number"),
     ("tension=true", "give a finite number"),
     ("tension=null", "give a finite number"),
-    ("rig.face_width=[0.2,0.3]", "rig.face_width = [0.2, 0.3] m: give one number, not a list"),
+    ("rig.face_width=[0.2,0.3]", "rig.face_width = [0.2, 0.3] m: give one number; only a sweep takes a list"),
     ("yaw=42", "yaw = 42 deg: must be -2 to 2 deg"),
     ("yaw=left", "yaw = left degrees"),
     ("yaw=[{at: 0}]", "write {at: metres, yaw: degrees, over: metres}"),

@@ -122,7 +122,7 @@ def test_a_picture_of_no_column_is_refused(asked, belt, monkeypatch):
 
 
 def test_a_list_of_tensions_gives_a_table_that_is_drawn(tmp_path):
-    table = bs.simulate(model="rope", tension=[7, 10, 40], travel=12.0)
+    table = bs.sweep(model="rope", tension=[7, 10, 40], travel=12.0)
     one = bs.simulate(model="rope", tension=10, travel=12.0)
     assert table["rate1_mm_per_m"].iloc[1] == pytest.approx(one.rates[0] * 1e3, rel=1e-8)
     bs.plot(table, tmp_path / "a.png", kind="retreat1_mm")

@@ -96,11 +96,11 @@ def test_of_very_many_values_a_few_are_shown_and_that_is_said():
 @pytest.fixture(scope="module")
 def table():
     """Rates against tension."""
-    return bs.simulate(tension=[7, 40, 60], model="strip", travel=200)
+    return bs.sweep(tension=[7, 40, 60], model="strip", travel=200)
 
 
 def test_a_table_of_rates_is_drawn_hollow_where_they_have_not_settled(table):
-    """bs.plot of bs.simulate(tension=[...]): as the pictures of a sweep."""
+    """bs.plot of bs.sweep(tension=[...]): as the pictures of a sweep."""
     assert 0 < table["settled"].sum() < 3
     (ax,) = bs.plot(table).axes
     steady, *dots = ax.get_lines()
