@@ -1,15 +1,14 @@
-"""Every model by its name, and what a model is to everybody else: it refuses effects that it cannot represent, and runs
-a case.
+"""The analytic models by their names, and the names of all models.
 
-Two kinds: a ``Model`` gives curves against travel; a ``SteadyModel`` is a formula for the late rate alone. They are
-told apart by type (``isinstance``), never by name. Each analytic model is a span law; run-up, wrap, drive and sensor
-laws are shared.
+A model has a name and a title, refuses effects that it cannot represent, and runs a case (``AnalyticModel``,
+``belt_sim.space.model.SpaceModel``) or gives its late rate alone (``RitzingerFormula``). They are told apart by type
+(``isinstance``), never by name. Each analytic model is a span law; run-up, wrap, drive and sensor laws are shared.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, Literal, Protocol, get_args, runtime_checkable
+from typing import Any, Literal, get_args
 
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
@@ -20,47 +19,6 @@ from belt_sim.line import span as span_law
 from belt_sim.line.hooks import as_indicated
 from belt_sim.line.march import KEEP, MARCH_STEP, march_case
 from belt_sim.line.spans import ALL_HOOKS, Composition
-
-
-class NamedModel(Protocol):
-    """What both kinds of models have. name, title: as in configurations, and in words."""
-
-    @property
-    def name(self) -> str: ...
-
-    @property
-    def title(self) -> str: ...
-
-    def refusal(self, effect: Any) -> str | None:
-        """Why this model cannot represent an effect (or a class of effects); None when it can."""
-
-
-@runtime_checkable
-class Model(NamedModel, Protocol):
-    """A belt that can be run. contains: ids of effects that are built in."""
-
-    @property
-    def contains(self) -> frozenset[str]: ...
-
-    def admit(self, effects: Sequence[Any]) -> None:
-        """Raise CannotRepresent for the first effect that this model cannot represent."""
-
-    def run(
-        self, case: Case, effects: Sequence[Any] = (), *, travel: float, observers: Sequence[Observer] = ()
-    ) -> Curves:
-        """Curves over ``travel`` [m] as the instruments indicate them.
-
-        Effects on the drive change what is commanded, those of the belt and the pulleys the run itself, those of
-        encoder and sensors what is read. Raises CannotRepresent, InputError, SimulationError.
-        """
-
-
-@runtime_checkable
-class SteadyModel(NamedModel, Protocol):
-    """A formula for the late rate, without curves and without effects."""
-
-    def steady_rate(self, case: Case) -> float:
-        """Late drift w = dy/ds of all four points [m/m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,7 +35,11 @@ class AnalyticModel(Composition):
     def run(
         self, case: Case, effects: Sequence[Effect] = (), *, travel: float, observers: Sequence[Observer] = ()
     ) -> Curves:
-        """Return the curves over ``travel`` [m] as indicated; observers see the start and the finished curves."""
+        """Return the curves over ``travel`` [m] as the instruments indicate them; observers see start and end.
+
+        Effects on the drive change what is commanded, those of the belt and the pulleys the run itself, those of
+        encoder and sensors what is read. Raises CannotRepresent, InputError, SimulationError.
+        """
         self.admit(effects)
         for observer in observers:
             observer.start(case, travel)

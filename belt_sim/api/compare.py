@@ -29,7 +29,7 @@ from belt_sim.errors import SimulationError
 from belt_sim.io import provenance
 from belt_sim.jax_setup import one_blas_thread
 from belt_sim.line.march import march_case
-from belt_sim.model import AnalyticModel, Model
+from belt_sim.model import AnalyticModel
 from belt_sim.results import words
 from belt_sim.results.errors import Comparison, Drawings, SteadyError
 
@@ -66,7 +66,7 @@ def compare(
     for stated in campaign.steady:
         run, u = runs[stated.run], stated.u
         case = case_of(campaign, run)
-        if acting and isinstance(chosen, Model):
+        if acting and isinstance(chosen, AnalyticModel):
             modelled = np.full(4, np.inf)
             for travel in STEADY_TRAVELS:
                 before, modelled = modelled, late_rates(chosen.run(case, acting, travel=travel))

@@ -19,17 +19,7 @@ from belt_sim.io import provenance, write_json
 from belt_sim.line.hooks import BEFORE_ENGINE, asked_of_engine, overrides
 from belt_sim.line.march import KEEP, MARCH_STEP, march_case, march_traced, plan_steps
 from belt_sim.line.spans import RitzingerFormula
-from belt_sim.model import (
-    ANALYTIC,
-    BY_TENSION,
-    IN_SPACE,
-    MODEL_NAMES,
-    MODELS,
-    AnalyticModel,
-    Model,
-    ModelName,
-    SteadyModel,
-)
+from belt_sim.model import ANALYTIC, BY_TENSION, IN_SPACE, MODEL_NAMES, MODELS, AnalyticModel, ModelName
 from belt_sim.results.simulation import Simulation
 from belt_sim.settings import case_from, case_or_settings, model_settings
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
@@ -43,8 +33,9 @@ if TYPE_CHECKING:
     from belt_sim.linear.plant import LinearBelt, PlantSchedule
     from belt_sim.space.run import Computed
 
+Model = AnalyticModel | SpaceModel | RitzingerFormula
 #: a model by name, by name and settings, or as an object
-ModelSpec = ModelName | str | Mapping[str, Any] | Model | SteadyModel
+ModelSpec = ModelName | str | Mapping[str, Any] | Model
 
 
 def models() -> dict[str, str]:
@@ -52,7 +43,7 @@ def models() -> dict[str, str]:
     return {name: model_named(name).title for name in MODEL_NAMES}
 
 
-def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model | SteadyModel:
+def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model:
     """The model of a name; settings: its own numbers (step, keep; dx, dt, friction ...), None keeps the default.
 
     Raises InputError for an unknown model or setting.
@@ -113,7 +104,7 @@ def model_for_campaign(campaign: Campaign) -> str:
     return f"strip_lift_off, as {slackest_run} is so slack that the belt lifts off"
 
 
-def campaign_model(spec: Any, campaign: Campaign) -> Model | SteadyModel:
+def campaign_model(spec: Any, campaign: Campaign) -> Model:
     """The model of ``spec``, or where it states none the one for all runs of a campaign; raises InputError.
 
     A synthetic campaign is judged by strip: belts of the virtual rig leave their pulleys like a thread.
@@ -131,11 +122,11 @@ def campaign_model(spec: Any, campaign: Campaign) -> Model | SteadyModel:
     return chosen
 
 
-def model_of(spec: Any) -> Model | SteadyModel:
+def model_of(spec: Any) -> Model:
     """A model by name, by mapping {name: strip, step: 0.05}, or as it is; raises InputError for anything else."""
     if isinstance(spec, Mapping) and "name" in spec:
         return model_named(str(spec["name"]), {k: v for k, v in spec.items() if k != "name"})
-    if not isinstance(spec, str | Model | SteadyModel):
+    if not isinstance(spec, str | Model):
         raise InputError("model", spec, "", "give a name, as model=strip, or a mapping {name: strip, step: 0.05}")
     return model_named(spec) if isinstance(spec, str) else spec
 
@@ -213,7 +204,7 @@ def candidates_of(asked: Any, model: AnalyticModel, leave_out: Sequence[str] | N
     return list(classes.values())
 
 
-def refuse_effects(model: Model | SteadyModel, effects: Sequence[Effect | type[Effect]], remedy: str = "") -> None:
+def refuse_effects(model: Model, effects: Sequence[Effect | type[Effect]], remedy: str = "") -> None:
     """Raise CannotRepresent for the first effect that the model cannot represent."""
     for e in effects:
         reason = model.refusal(e)
@@ -239,10 +230,9 @@ def validity_limits(case: Case, model: Any, effects: Sequence[str] = ()) -> tupl
     whatever the model is said of all.
     """
     found: tuple[Limit, ...] = ()
-    in_space = hasattr(model, "options")  # asking for its class would load MuJoCo
     if isinstance(model, AnalyticModel) and model.moments:
         found = exceeded_limits(case, {*model.contains, *effects})
-    elif in_space and "sag_roll" in model.contains:
+    elif isinstance(model, SpaceModel) and "sag_roll" in model.contains:
         slips = ("slip",) if math.isfinite(model.options.friction) else ()
         lifts = "the belt's own stiffness lifts it off the pulleys, which a belt in 3D has only with effects=[lift_off]"
         beyond = exceeded_limits(case, {*model.contains, *effects, *_NOT_IN_SPACE, *slips})
@@ -250,8 +240,9 @@ def validity_limits(case: Case, model: Any, effects: Sequence[str] = ()) -> tupl
         if model.contact == CONTACTS[1]:
             words |= {x.id: SLACK_SCENE for x in beyond if x.id == "slack_edge" and x.load > SLACK_LINE}
         found = tuple(replace(limit, words=words.get(limit.id, limit.words)) for limit in beyond)
-    there = {x.id for x in found} | ({*_NOT_IN_SPACE, "short_span", "edge_stretch"} if in_space else set())
-    there |= {"edge_stretch"} if any(x.id == "slack_edge" for x in found) else set()
+    there = {x.id for x in found}
+    there |= {*_NOT_IN_SPACE, "short_span", "edge_stretch"} if isinstance(model, SpaceModel) else set()
+    there |= {"edge_stretch"} if "slack_edge" in there else set()
     return (*found, *(x for x in geometric(case) if x.id not in there))
 
 
@@ -264,7 +255,7 @@ def with_run(
     How far a belt slips a march alone says: a yaw that comes as a ramp, or a smaller pulley, slips less. A run in 3D
     knows it of run-ups only.
     """
-    slides = ("slip",) if math.isfinite(getattr(getattr(model, "options", None), "friction", math.inf)) else ()
+    slides = ("slip",) if isinstance(model, SpaceModel) and math.isfinite(model.options.friction) else ()
     contains = {*(e.id for e in effects), *slides}
     linear = isinstance(model, AnalyticModel)
     left = run_limits(case, curves, linear, effects, contains)
@@ -318,11 +309,11 @@ def simulate(
     ids, travel = [e.id for e in acting], float(travel)
     chosen = on_engine(model_of(by_tension(model, [case], ids)), engine)
     beyond = validity_limits(case, chosen, ids)
-    steady = chosen.steady_rate(case) if isinstance(chosen, SteadyModel) and not acting else None
+    steady = chosen.steady_rate(case) if not isinstance(chosen, SpaceModel) and not acting else None
     found = Simulation(
         case=case, model=chosen.name, effects=acting, travel=travel, curves=None, steady_rate=steady, beyond=beyond
     )
-    if not isinstance(chosen, Model):
+    if isinstance(chosen, RitzingerFormula):
         refuse_effects(chosen, acting, "; leave it out or use model=beam_th2 or strip")
         return found
     space = isinstance(chosen, SpaceModel)
@@ -337,7 +328,7 @@ def simulate(
     return replace(found, details=details, steady_rate=float(found.rates.mean()) if found.is_settled else None)
 
 
-def on_engine(model: Model | SteadyModel, engine: str | None) -> Model | SteadyModel:
+def on_engine(model: Model, engine: str | None) -> Model:
     """The model run by ``engine``; raises InputError for an analytic model asked for anything but "native"."""
     if engine is None or (engine == "native" and not hasattr(model, "engine")):
         return model

@@ -15,6 +15,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.api.simulate import (
+    Model,
     by_tension,
     effects_of,
     fitted_model,
@@ -33,7 +34,7 @@ from belt_sim.jax_setup import cores, jit_float64, map_in_threads
 from belt_sim.line.hooks import AFTER_ENGINE, uses
 from belt_sim.line.march import KEEP, march_traced, plan_steps, refuse_short_waves
 from belt_sim.line.spans import steady_traced
-from belt_sim.model import AnalyticModel, Model
+from belt_sim.model import AnalyticModel
 from belt_sim.results.simulation import POINT_NUMBERS, SHARE_BEFORE, agree, settled_before
 from belt_sim.settings import case_from, group_from, make_settings, model_settings
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2

@@ -10,12 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.api.simulate import SLACK_SCENE, by_tension, effects_of, model_of, on_engine, scene_text, simulate
+from belt_sim.api.simulate import SLACK_SCENE, Model, by_tension, effects_of, model_of, on_engine, scene_text, simulate
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves, Observer, read_curves, write_curves
 from belt_sim.errors import BeltError, InputError, finite
 from belt_sim.io import provenance, write_json, write_text, write_with
-from belt_sim.model import Model, SteadyModel
 from belt_sim.results.simulation import Simulation, summary_json
 from belt_sim.settings import case_from, make_case, model_settings
 from belt_sim.show.terminal import (
@@ -216,12 +215,12 @@ class CurvesSoFar(Observer):
             write_curves(self.path, curves)
 
 
-def in_time(model: Model | SteadyModel) -> bool:
+def in_time(model: Model) -> bool:
     """Whether a run of the model goes through its instants one by one, so that it can be watched meanwhile."""
     return getattr(model, "engine", None) in WATCHED
 
 
-def observers_of(model: Model | SteadyModel, watch: str | None, title: str, folder: Path) -> list[Observer]:
+def observers_of(model: Model, watch: str | None, title: str, folder: Path) -> list[Observer]:
     """Who looks on while ``model`` runs in time: progress, and by ``watch`` a recording (rrd), Rerun's or MuJoCo's
     viewer."""
     if watch == "viewer" and getattr(model, "engine", None) != "native":
@@ -238,7 +237,7 @@ def observers_of(model: Model | SteadyModel, watch: str | None, title: str, fold
     return watching
 
 
-def stay(s: Simulation, model: Model | SteadyModel, watching: Sequence[Observer], watch: str | None) -> None:
+def stay(s: Simulation, model: Model, watching: Sequence[Observer], watch: str | None) -> None:
     """Show a run whose results are written: in the Rerun viewer until Enter is pressed, as a web page of this process
     until Ctrl-C; in MuJoCo's viewer until its window is closed."""
     for observer in watching:

@@ -241,7 +241,7 @@ def steady_traced(case: Case, model: Composition, w1: Any = None):
 
 @dataclass(frozen=True, kw_only=True)
 class RitzingerFormula:
-    """Ritzinger's model of the steady rate (a belt_sim.model.SteadyModel): two catenary edge ropes."""
+    """Ritzinger's model of the steady rate: two catenary edge ropes."""
 
     name: str = "ritzinger"
     title: str = "Ritzinger's edge ropes"

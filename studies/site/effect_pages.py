@@ -2,12 +2,12 @@
 
 import inspect
 
-from belt_sim.api.simulate import model_named
+from belt_sim.api.simulate import Model, model_named
 from belt_sim.diagnosis.forward import ONLY_WHEN_NAMED
 from belt_sim.effects.base import Effect, library, title_of
 from belt_sim.io import ROOT
 from belt_sim.line.hooks import HOOKS, overrides
-from belt_sim.model import ANALYTIC, Model, SteadyModel
+from belt_sim.model import ANALYTIC
 from studies.application import show_help
 
 PAGE = ROOT / "docs" / "effects.md"
@@ -16,9 +16,9 @@ CAN, HAS, CANNOT = "yes", "built in", "-"
 COLUMNS = {name: name for name in ANALYTIC} | {"mujoco_rope": "mujoco_rope", "mujoco_grid, mujoco_flex": "mujoco_flex"}
 
 
-def cell(model: Model | SteadyModel, effect: type[Effect]) -> str:
+def cell(model: Model, effect: type[Effect]) -> str:
     """Whether ``model`` can represent ``effect``, has it built in already, or refuses it."""
-    if isinstance(model, Model) and effect.id in model.contains:
+    if effect.id in getattr(model, "contains", ()):
         return HAS
     return CANNOT if model.refusal(effect) else CAN
 
