@@ -48,6 +48,6 @@ nitpick_ignore_regex = [
     (r"py:class", r"(FieldInfo|NoneType|types\.Annotated)"),
     (r"py:class", r"(dict|tuple)\[str"),  # autodoc takes generics apart
     # named, not listed
-    (r"py:class", r"belt_sim\.(space|errors|linear|validity|results\.(diagnosis|estimates))\..*"),
+    (r"py:class", r"belt_sim\.(space|line|model|errors|linear|validity|results\.(diagnosis|estimates))\..*"),
     (r"py:class", r"(mujoco|pd)\..*|DataFrame|Result"),
 ]
