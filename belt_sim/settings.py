@@ -206,14 +206,6 @@ def check_switches(command: str, config: Mapping[str, Any]) -> None:
                 flag(f"model.{key}", model[key])
 
 
-def model_settings(cfg: Mapping[str, Any]) -> Mapping[str, Any]:
-    """A ``model`` group, with the lengths of an analytic march within their ranges."""
-    for key in ("step", "keep"):
-        if key in cfg:
-            check_range({f"model.{key}": cfg[key]}, f"model.{key}")
-    return cfg
-
-
 def rig_from(asked: Any) -> Rig:
     """The machine of a ``rig`` group, its name, or the machine itself."""
     cfg = group_from("rig", asked)

@@ -21,7 +21,7 @@ from belt_sim.line.march import KEEP, MARCH_STEP, march_case, march_traced, plan
 from belt_sim.line.spans import RitzingerFormula
 from belt_sim.model import ANALYTIC, BY_TENSION, IN_SPACE, MODEL_NAMES, MODELS, AnalyticModel, ModelName
 from belt_sim.results.simulation import Simulation
-from belt_sim.settings import case_from, case_or_settings, model_settings
+from belt_sim.settings import case_from, case_or_settings, check_range
 from belt_sim.space.model import BATCH_ENGINES, SpaceModel, batch_engine
 from belt_sim.space.options import AS_THE_CASE, CONTACTS, WATCHED, fit_options, refuse_unobeyed
 from belt_sim.units import N_PER_MM2
@@ -57,7 +57,7 @@ def model_named(name: str, settings: Mapping[str, Any] | None = None) -> Model:
     for key, value in given.items():
         if key not in known:
             raise InputError(f"model.{key}", value, "", f"use one of {', '.join(known)}" if known else "leave it out")
-        finite(f"model.{key}", value, "m", "give a positive length", lambda x: x > 0)
+        check_range({f"model.{key}": value}, f"model.{key}")
     return RitzingerFormula() if name == "ritzinger" else replace(MODELS[name], **given)
 
 
@@ -109,8 +109,6 @@ def campaign_model(spec: Any, campaign: Campaign) -> Model:
 
     A synthetic campaign is judged by strip: belts of the virtual rig leave their pulleys like a thread.
     """
-    if isinstance(spec, Mapping):
-        model_settings(spec)
     if not states_model(spec):
         own = model_for_campaign(campaign).partition(",")[0]
         spec = {**(spec if isinstance(spec, Mapping) else {}), "name": own}
@@ -351,7 +349,7 @@ def run_in_batches(
         made: Any = None
         with suppress(BeltError):  # the case as its own run would march it
             case = case_from(config)
-            model = on_engine(model_of(by_tension(model_settings(config["model"]), [case])), config["engine"])
+            model = on_engine(model_of(by_tension(config["model"], [case])), config["engine"])
             space = model if isinstance(model, SpaceModel) and model.contact == CONTACTS[0] else None
             if space and space.engine in BATCH_ENGINES and config["watch"] != "viewer":
                 effects = effects_of(config["effects"])

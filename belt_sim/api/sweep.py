@@ -36,7 +36,7 @@ from belt_sim.line.march import KEEP, march_traced, plan_steps, refuse_short_wav
 from belt_sim.line.spans import steady_traced
 from belt_sim.model import AnalyticModel
 from belt_sim.results.simulation import POINT_NUMBERS, SHARE_BEFORE, agree, settled_before
-from belt_sim.settings import case_from, group_from, make_settings, model_settings
+from belt_sim.settings import case_from, group_from, make_settings
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ def sweep(
     for name in dict.fromkeys(chosen.tolist()):
         rows = np.flatnonzero(chosen == name)
         spec = {**model, "name": name} if isinstance(model, Mapping) else (model if isinstance(model, Model) else name)
-        one = model_of(model_settings(spec) if isinstance(spec, Mapping) else spec)
+        one = model_of(spec)
         if isinstance(one, AnalyticModel) or travel is None:
             names, work = grid.marches(one, at)
             found = _in_chunks(work, values[rows], CHUNK_CASES, threads, lambda cases: tell(cases / count))

@@ -16,7 +16,7 @@ from belt_sim.curves import Curves, Observer, read_curves, write_curves
 from belt_sim.errors import BeltError, InputError, finite
 from belt_sim.io import provenance, write_json, write_text, write_with
 from belt_sim.results.simulation import Simulation, summary_json
-from belt_sim.settings import case_from, make_case, model_settings
+from belt_sim.settings import case_from, make_case
 from belt_sim.show.terminal import (
     ProgressObserver,
     ViewerObserver,
@@ -84,9 +84,9 @@ def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = Fals
         watch = resolve_watch(config["watch"], "rrd", "rerun", "viewer")
         if watch == "rerun" and run_dir.case is not None and not has_display():
             raise InputError("watch", watch, "", "without a display a sweep has no page to serve; use watch=rrd")
-        case, stated = case_from(config), model_settings(config["model"])
-        acting = effects_of(config["effects"])
-        model = on_engine(model_of(by_tension(stated, [case], [e.id for e in acting])), config["engine"])
+        case, acting = case_from(config), effects_of(config["effects"])
+        stated = by_tension(config["model"], [case], [e.id for e in acting])
+        model = on_engine(model_of(stated), config["engine"])
         title = f"{model.name}, {float(config['tension']):g} N/mm2"
         title += "" if run_dir.case is None else f", job {run_dir.case}"  # several may run at once
         observers = observers_of(model, watch, title, folder)
@@ -146,7 +146,7 @@ def view_command(run_dir: RunDir) -> None:
 def _scene_of(config: Mapping[str, Any]) -> str:
     asked = {name: config[name] for name in ("rig", "belt", "tension", "yaw", "yaw_head", "speed", "direction")}
     case = make_case(**asked, travel=_NO_END)
-    return scene_text(case, model_settings(config["model"]), config["effects"], config["speed"])
+    return scene_text(case, config["model"], config["effects"], config["speed"])
 
 
 def export_command(run_dir: RunDir) -> None:
@@ -156,7 +156,7 @@ def export_command(run_dir: RunDir) -> None:
 
     config = run_dir.config
     case = case_from({**config, "yaw": 0.0, "yaw_head": 0.0, "travel": 1.0})
-    linear = linearise(case, model=model_settings(config["model"]), effects=config["effects"])
+    linear = linearise(case, model=config["model"], effects=config["effects"])
     assert isinstance(linear, LinearBelt)  # a schedule needs several tensions, which the command does not take
     files = {key: config[key] for key in ("order", "delay", "highest", "fmu", "fmi", "libraries", "mat")}
     with run_dir.outputs() as draft:
@@ -185,7 +185,7 @@ def map_command(run_dir: RunDir) -> None:
     began = time.monotonic()
     with run_dir.outputs() as draft:
         with progress(1.0, "map") as done:
-            table = sweep(**{k: config[k] for k in MAP_SETTINGS}, model=model_settings(config["model"]), tell=done)
+            table = sweep(**{k: config[k] for k in MAP_SETTINGS}, model=config["model"], tell=done)
         seconds = time.monotonic() - began
         print(
             f"{len(table)} cases in {seconds:.1f} s, {len(table) / seconds:.0f} a second, start-up counted",

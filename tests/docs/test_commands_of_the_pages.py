@@ -12,14 +12,14 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf.errors import MissingMandatoryValue
 from pages import PAGES, Command, commands, missing, name
 
-from belt_sim.api.simulate import model_named
+from belt_sim.api.simulate import model_of
 from belt_sim.commands import COMMANDS
 from belt_sim.commands.cli import quote_override, run_command
 from belt_sim.commands.runs import plain_settings
 from belt_sim.effects.load import load_classes
 from belt_sim.io import CAMPAIGNS, CONF, ROOT
 from belt_sim.model import BY_TENSION
-from belt_sim.settings import case_from, model_settings
+from belt_sim.settings import case_from
 from studies.application import FIXED
 
 ALL = [c for page in PAGES for c in commands(page)]
@@ -38,10 +38,8 @@ def mean_something(command: str, cfg: dict) -> None:
     """Raises InputError where the values of ``simulate``, ``compare`` or ``diagnose`` cannot be."""
     if command == "simulate":
         case_from(cfg)
-    if command in ("simulate", "compare", "diagnose"):
-        if cfg["model"]["name"] != BY_TENSION:
-            model_named(cfg["model"]["name"])
-        model_settings(cfg["model"])
+    if command in ("simulate", "compare", "diagnose") and cfg["model"]["name"] != BY_TENSION:
+        model_of(cfg["model"])
     effects = cfg.get("effects") or []
     if isinstance(effects, list):
         ids = [e["id"] if isinstance(e, dict) else e for e in effects]
