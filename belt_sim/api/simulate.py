@@ -2,7 +2,7 @@
 stops being valid; the scene of a 3D case; curves that JAX can trace; the plant that a controller sees and its files."""
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -78,18 +78,6 @@ def states_model(spec: Any) -> bool:
     return (spec.get("name") if isinstance(spec, Mapping) else spec) not in (None, BY_TENSION)
 
 
-def by_tension(spec: Any, cases: Iterable[Case], effects: Iterable[str] = ()) -> Any:
-    """``spec``, or where it states no model the one for all of ``cases`` with ``effects`` (ids).
-
-    That is strip_lift_off where strip would be beyond its limit bending_layer in one of them, as of a slack belt; strip
-    where it is in none, or where the effect lift_off is stated.
-    """
-    if states_model(spec):
-        return spec
-    slack = "lift_off" not in effects and any(lifts_off(case) for case in cases)
-    return {**(spec if isinstance(spec, Mapping) else {}), "name": "strip_lift_off" if slack else "strip"}
-
-
 def model_for_campaign(campaign: Campaign) -> str:
     """The model of a campaign for which none is stated, and after a comma why it is this one."""
     if campaign.source.kind == "synthetic":
@@ -120,13 +108,27 @@ def campaign_model(spec: Any, campaign: Campaign) -> Model:
     return chosen
 
 
-def model_of(spec: Any) -> Model:
-    """A model by name, by mapping {name: strip, step: 0.05}, or as it is; raises InputError for anything else."""
+def model_of(spec: Any, cases: Sequence[Case] = (), effects: Sequence[str] = (), engine: str | None = None) -> Model:
+    """A model by name, by mapping {name: strip, step: 0.05}, or as it is; raises InputError for anything else.
+
+    Where ``spec`` states none and there are ``cases``, the one for all of them with ``effects`` (ids): strip_lift_off
+    where strip would be beyond its limit bending_layer in one of them, as of a slack belt; strip where it is in none,
+    or where the effect lift_off is stated. engine: of a 3D model; an analytic one has None or "native".
+    """
+    if cases and not states_model(spec):
+        slack = "lift_off" not in effects and any(lifts_off(case) for case in cases)
+        spec = {**(spec if isinstance(spec, Mapping) else {}), "name": "strip_lift_off" if slack else "strip"}
     if isinstance(spec, Mapping) and "name" in spec:
-        return model_named(str(spec["name"]), {k: v for k, v in spec.items() if k != "name"})
-    if not isinstance(spec, str | Model):
+        chosen = model_named(str(spec["name"]), {k: v for k, v in spec.items() if k != "name"})
+    elif isinstance(spec, str | Model):
+        chosen = model_named(spec) if isinstance(spec, str) else spec
+    else:
         raise InputError("model", spec, "", "give a name, as model=strip, or a mapping {name: strip, step: 0.05}")
-    return model_named(spec) if isinstance(spec, str) else spec
+    if engine is None or (engine == "native" and not isinstance(chosen, SpaceModel)):
+        return chosen
+    if not isinstance(chosen, SpaceModel):
+        raise InputError("engine", engine, "", f"leave it out: model={chosen.name} is not a belt in three dimensions")
+    return replace(chosen, engine=engine)
 
 
 def fitted_model(spec: Any, curves: bool = True) -> AnalyticModel:
@@ -305,7 +307,7 @@ def simulate(
     case = case_or_settings(case, given | ({"travel": travel} if case is None else {}))
     acting = effects_of(effects)
     ids, travel = [e.id for e in acting], float(travel)
-    chosen = on_engine(model_of(by_tension(model, [case], ids)), engine)
+    chosen = model_of(model, [case], ids, engine)
     beyond = validity_limits(case, chosen, ids)
     steady = chosen.steady_rate(case) if not isinstance(chosen, SpaceModel) and not acting else None
     found = Simulation(
@@ -326,15 +328,6 @@ def simulate(
     return replace(found, details=details, steady_rate=float(found.rates.mean()) if found.is_settled else None)
 
 
-def on_engine(model: Model, engine: str | None) -> Model:
-    """The model run by ``engine``; raises InputError for an analytic model asked for anything but "native"."""
-    if engine is None or (engine == "native" and not hasattr(model, "engine")):
-        return model
-    if not isinstance(model, SpaceModel):
-        raise InputError("engine", engine, "", f"leave it out: model={model.name} is not a belt in three dimensions")
-    return replace(model, engine=engine)
-
-
 def run_in_batches(
     configs: Sequence[Mapping[str, Any]], batch: int | None
 ) -> Iterator[tuple[Sequence[int], Sequence["Computed | None"]]]:
@@ -349,7 +342,7 @@ def run_in_batches(
         made: Any = None
         with suppress(BeltError):  # the case as its own run would march it
             case = case_from(config)
-            model = on_engine(model_of(by_tension(config["model"], [case])), config["engine"])
+            model = model_of(config["model"], [case], engine=config["engine"])
             space = model if isinstance(model, SpaceModel) and model.contact == CONTACTS[0] else None
             if space and space.engine in BATCH_ENGINES and config["watch"] != "viewer":
                 effects = effects_of(config["effects"])
@@ -459,7 +452,7 @@ def jax_function(case: Case, model: ModelSpec | None = None, *, travel: float) -
     Every number of the case it is given (tension [Pa], yaw [rad], rig, belt: all SI) and of the effects may be traced.
     Wants float64: ``jax.config.update("jax_enable_x64", True)``. Raises CannotRepresent for a model without curves.
     """
-    chosen = fitted_model(by_tension(model, [case]))
+    chosen = fitted_model(model_of(model, [case]))
     plan = plan_steps(case, travel=travel, step=chosen.step, keep=chosen.keep)
 
     def curves(case: Case, effects: Sequence[Effect] = ()) -> Curves:
@@ -498,7 +491,7 @@ def linearise(
     ids, cases = [e.id for e in acting], [first]
     if many:
         cases = [replace(first, settings=replace(first.settings, tension=float(t) * N_PER_MM2)) for t in tension]
-    chosen = fitted_model(by_tension(model, cases, ids))
+    chosen = fitted_model(model_of(model, cases, ids))
     plants = [replace(linear_belt(c, chosen, acting), beyond=limits_of_run(c, chosen, acting)) for c in cases]
     return PlantSchedule(tuple(sorted(plants, key=lambda p: p.tension))) if many else plants[0]
 

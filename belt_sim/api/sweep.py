@@ -16,7 +16,6 @@ import numpy as np
 
 from belt_sim.api.simulate import (
     Model,
-    by_tension,
     effects_of,
     fitted_model,
     limits_of_run,
@@ -193,7 +192,7 @@ class SweepGrid:
 
             def is_strip(t: float, one: Case = one) -> bool:
                 tight = replace(one, settings=replace(one.settings, tension=t))
-                return bool(by_tension(model, [tight], ids)["name"] == "strip")
+                return model_of(model, [tight], ids).name == "strip"
 
             rows = kind.ravel() == k
             tensions = np.unique(tension[rows])
@@ -238,7 +237,7 @@ class SweepGrid:
         said, ids, travel = dict[str, tuple[float, str]](), [e.id for e in self.effects], self.plain["travel"]
         for point in sorted(found):
             case, effects = self.placed(point)
-            one = model_of(by_tension(model, [case], ids))
+            one = model_of(model, [case], ids)
             limits = validity_limits(case, one, ids)
             with suppress(InputError):  # of ends together that leave no tension
                 if isinstance(one, AnalyticModel):  # of closed forms, too: as simulate and export say it

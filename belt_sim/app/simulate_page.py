@@ -14,7 +14,7 @@ import numpy as np
 from nicegui import run, ui
 
 from belt_sim.api.plot import plot
-from belt_sim.api.simulate import by_tension, model_named, simulate
+from belt_sim.api.simulate import model_named, model_of, simulate
 from belt_sim.app import widgets
 from belt_sim.app.widgets import box, soft
 from belt_sim.case import Case
@@ -141,7 +141,7 @@ class View:
                 self.is_stale = False
                 try:
                     case = self.case()
-                    model = str(by_tension({"name": self.values["model"]}, [case], self.effects)["name"])
+                    model = model_of(self.values["model"], [case], [*self.effects]).name
                     acting = [library()[i](**numbers) for i, numbers in self.effects.items()]  # a size may be nothing
                     asked: dict[str, Any] = {"travel": self.values["travel"]}
                     asked["effects"] = [e for e in acting if model_named(model).refusal(e) is None]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.api.simulate import SLACK_SCENE, Model, by_tension, effects_of, model_of, on_engine, scene_text, simulate
+from belt_sim.api.simulate import SLACK_SCENE, Model, effects_of, model_of, scene_text, simulate
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves, Observer, read_curves, write_curves
 from belt_sim.errors import BeltError, InputError, finite
@@ -85,8 +85,7 @@ def simulate_command(run_dir: RunDir, *, computed: Any = None, done: bool = Fals
         if watch == "rerun" and run_dir.case is not None and not has_display():
             raise InputError("watch", watch, "", "without a display a sweep has no page to serve; use watch=rrd")
         case, acting = case_from(config), effects_of(config["effects"])
-        stated = by_tension(config["model"], [case], [e.id for e in acting])
-        model = on_engine(model_of(stated), config["engine"])
+        model = model_of(config["model"], [case], [e.id for e in acting], config["engine"])
         title = f"{model.name}, {float(config['tension']):g} N/mm2"
         title += "" if run_dir.case is None else f", job {run_dir.case}"  # several may run at once
         observers = observers_of(model, watch, title, folder)

@@ -41,7 +41,7 @@ def test_a_run_without_instants_is_recorded_when_it_ends(simulation, tmp_path, m
     model = SpaceModel(engine="quasi_static")
     assert observers_of(model, "rrd", "title", tmp_path) == []
     monkeypatch.setattr(cases, "simulate", lambda *asked, **options: simulation)
-    monkeypatch.setattr(cases, "on_engine", lambda *asked: model)
+    monkeypatch.setattr(cases, "model_of", lambda *asked: model)
     assert (
         run_command(["simulate", "model=mujoco_flex", "watch=rrd", "pictures=false", f"hydra.run.dir={tmp_path}"]) == 0
     )
