@@ -3,7 +3,7 @@
 import sys
 
 
-def main() -> None:
+def start() -> None:
     """Run the command line; Ctrl-C while it is loaded is told as Ctrl-C later."""
     try:
         from belt_sim.commands import cli
@@ -15,4 +15,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":  # processes that are spawned import this module anew
-    main()
+    start()
