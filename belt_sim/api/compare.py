@@ -22,7 +22,7 @@ from belt_sim.campaign import Campaign, case_of, leave_out_bad_readings
 from belt_sim.campaign.types import sensor_place
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.drawings import drawings, label
-from belt_sim.diagnosis.errors import cells, locate_failure, overall_errors, run_errors
+from belt_sim.diagnosis.errors import error_map, locate_failure, overall_errors, run_errors
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import SimulationError
@@ -93,7 +93,7 @@ def compare(
     return Comparison(
         **common,
         error=overall_errors(bench, before, after),
-        where=locate_failure(cells(bench, after), f"Model {chosen.name}{besides}"),
+        where=locate_failure(error_map(bench, after), f"Model {chosen.name}{besides}"),
         per_run=run_errors(bench, before, after),
         drawings=drawings((bench, base, before), shown, mapped=after) if drawn else Drawings(),
         beyond=(*map(str, leave_out_bad_readings(campaign)[1]), *limits),

@@ -169,10 +169,12 @@ def discover(
     fit: Fit = bench.fit([bench.start([e.id for e in acting], vector)])[0]
     tell("fitted what is known")
     data = search_data_of(bench, fit)
-    probability = probability_of_unknown(unknown_evidence(data), POLICY)
+    evidence, latent_inputs = unknown_evidence(data)
+    probability = probability_of_unknown(evidence, POLICY)
     nothing = 1.0 - probability > POLICY.alarm
-    found = SearchOutcome(data=data, latent_inputs=()) if nothing else search_law(data, tell)
-    said = describe_discovery(found, probability, config=config)
+    outcome = SearchOutcome(data=data, latent_inputs=())
+    outcome = outcome if nothing else search_law(data, tell, latent_inputs=latent_inputs)
+    said = describe_discovery(outcome, probability, config=config)
     if not said.found:
         return said
     beside = f"beside {words.join_words([e.id for e in acting])}" if acting else "and no effect of the catalogue"

@@ -169,7 +169,7 @@ def effects_of(asked: Any) -> tuple[Effect, ...]:
             check_numbers(type(e), {name: getattr(e, name) for name in e.parameters})
             found.append(e)
         elif hasattr(e, found_by) and e.law:
-            found.append(law_effect(law_of_entry(e.law, found=True))())
+            found.append(law_effect(law_of_entry(e.law))())
         else:
             entry = {"id": e.source_file or e.id, "parameters": dict(e.numbers)} if hasattr(e, found_by) else e
             found += load_effects([entry])

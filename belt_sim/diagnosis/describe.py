@@ -11,7 +11,7 @@ from belt_sim.campaign.kinematics import check_running_start
 from belt_sim.campaign.quality import counted_from_yaw, records_of
 from belt_sim.diagnosis.decide import POLICY, needed_gain
 from belt_sim.diagnosis.drawings import drawings, label
-from belt_sim.diagnosis.errors import cells, errors_of, held_out, lateral_rms, locate_failure, run_errors
+from belt_sim.diagnosis.errors import error_map, errors_of, held_out, lateral_rms, locate_failure, run_errors
 from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.next_run import Rival, separation
@@ -94,7 +94,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         considered=decision.explanations,
         tied=tied,
         error=error,
-        where=locate_failure(cells(d.bench, d.nothing.values), without, faulty=faulty),
+        where=locate_failure(error_map(d.bench, d.nothing.values), without, faulty=faulty),
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
         next_runs=(),
         unknown=unknown,

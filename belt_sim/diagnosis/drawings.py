@@ -5,7 +5,7 @@ from itertools import product
 import numpy as np
 
 from belt_sim.campaign import Campaign, case_of
-from belt_sim.diagnosis.errors import WINDOWS, K, cells, validation_uncertainty
+from belt_sim.diagnosis.errors import WINDOWS, K, error_map, validation_uncertainty
 from belt_sim.diagnosis.fit import fit_sets
 from belt_sim.diagnosis.noise import metric_of
 from belt_sim.diagnosis.workbench import Workbench
@@ -68,20 +68,21 @@ def drawings(base: Predicted, final: Predicted | None, *, mapped: np.ndarray) ->
     that the maps judge, E/u_val over tension and travel windows, one map a signal and yaw sign.
     """
     bench = base[0]
-    found, edges = cells(bench, mapped), np.linspace(0.0, bench.samples.end, WINDOWS + 1)
-    levels, maps = tension_levels(np.array([c.tension for c in found])), []
-    for signal, (sign, name) in product(bench.samples.signals, ((1, "yaw > 0"), (-1, "yaw < 0"), (0, "yaw = 0"))):
-        mine = [(c, t) for c, t in zip(found, levels, strict=True) if c.signal == signal.name and c.sign == sign]
-        tensions = sorted({t for _, t in mine})
-        if not tensions:
+    found, runs, maps = error_map(bench, mapped), bench.samples.runs, []
+    there, level = np.isfinite(found.rms), np.full(found.rms.shape, np.nan)
+    level[there] = tension_levels(np.array([runs[r].tension / N_PER_MM2 for r in np.nonzero(there)[0]]))
+    signs, ways = np.sign([run.yaw for run in runs]), ((1, "yaw > 0"), (-1, "yaw < 0"), (0, "yaw = 0"))
+    for (s, signal), (sign, name) in product(enumerate(bench.samples.signals), ways):
+        own = there[:, s] & (signs == sign)[:, None]
+        tensions = np.unique(level[:, s][own])
+        if not len(tensions):
             continue
-        ratio = np.full((len(tensions), len(edges) - 1), np.nan)
-        for c, tension in mine:
-            row, column = tensions.index(tension), int(np.argmin(np.abs(edges[:-1] - c.window[0])))
-            if not abs(ratio[row, column]) > c.ratio:  # the worst of repeated runs
-                ratio[row, column] = c.signed
-        title = f"{signal.name}, {name}"
-        maps.append(FailureMap(title=title, tension=np.array(tensions), edges=edges, ratio=ratio))
+        worst = np.full((len(tensions), WINDOWS), np.nan)
+        for r, w in np.argwhere(own):
+            row = np.searchsorted(tensions, level[r, s, w])
+            if not abs(worst[row, w]) > abs(found.ratio[r, s, w]):  # of repeated runs
+                worst[row, w] = found.ratio[r, s, w]
+        maps.append(FailureMap(title=f"{signal.name}, {name}", tension=tensions, edges=found.edges, ratio=worst))
     before, after = stiffness_drift(*base[:2]), stiffness_drift(*final[:2]) if final else None
     return Drawings(
         overlays=overlays(bench, base[2], final[2] if final else None),

@@ -3,19 +3,18 @@
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations, pairwise
+from itertools import combinations
 from statistics import NormalDist
 
 import numpy as np
 
 from belt_sim.campaign import Campaign, Suspicion
 from belt_sim.campaign.quality import check_starts, counted_from_yaw, records_of
-from belt_sim.campaign.types import Kind
 from belt_sim.curves import LATE_SHARE
 from belt_sim.diagnosis.fit import Fit, bounded_step, step_bounds
 from belt_sim.diagnosis.noise import FREE_ZERO, metric_of, zero_sigmas
 from belt_sim.diagnosis.plausibility import prior_sigma
-from belt_sim.diagnosis.samples import zero_is_read
+from belt_sim.diagnosis.samples import Samples, zero_is_read
 from belt_sim.diagnosis.workbench import Workbench
 from belt_sim.results.errors import UNIT_OF_KIND, Change, Errors, Features, OwnChange, RunError, Where, Worst
 from belt_sim.results.words import KILO
@@ -169,21 +168,17 @@ K = 2.0
 WINDOWS = 6
 
 
-@dataclass(frozen=True, kw_only=True)
-class Cell:
-    """One tension, yaw sign, signal and travel window: rms of E over rms of u_val (ratio), and which run it came from;
-    signed: the ratio with the sign of the mean error.
+@dataclass(frozen=True)
+class ErrorMap:
+    """Error E of predictions in every run, signal and travel window, each (R, S, W) and nan where nothing was measured.
+
+    rms [m or rad]; ratio: of that to the rms of u_val, with the sign of the mean error; edges (W + 1,) of windows [m].
     """
 
-    run: str
-    signal: str
-    kind: Kind
-    tension: float
-    sign: int
-    window: tuple[float, float]
-    ratio: float
-    signed: float
-    rms: float
+    samples: Samples
+    edges: np.ndarray
+    rms: np.ndarray
+    ratio: np.ndarray
 
 
 def validation_uncertainty(bench: Workbench) -> np.ndarray:
@@ -204,57 +199,44 @@ def _noise_variance(bench: Workbench) -> np.ndarray:
     return white**2 / samples.per_bin[:, None] + wander**2
 
 
-def cells(bench: Workbench, values: np.ndarray) -> list[Cell]:
-    """The map's cells for predictions ``values`` (R, S, n)."""
+def error_map(bench: Workbench, values: np.ndarray) -> ErrorMap:
+    """Where predictions ``values`` (R, S, n) are off."""
     samples, u_val = bench.samples, validation_uncertainty(bench)
-    edges = np.linspace(0.0, samples.end, WINDOWS + 1)
-    found = []
-    for r, run in enumerate(samples.runs):
-        for s, signal in enumerate(samples.signals):
-            error = values[r, s] - samples.y[r, s]
-            for low, high in pairwise(edges):
-                inside = (samples.travel[r] >= low) & (samples.travel[r] <= high) & np.isfinite(error)
-                if not inside.any():
-                    continue
-                rms = float(np.sqrt(np.mean(error[inside] ** 2)))
-                floor = float(np.sqrt(np.mean(u_val[r, s][inside] ** 2)))
-                found.append(
-                    Cell(
-                        run=run.name,
-                        signal=signal.name,
-                        kind=signal.kind,
-                        tension=run.tension / N_PER_MM2,
-                        sign=int(np.sign(run.yaw)),
-                        window=(float(low), float(high)),
-                        ratio=rms / floor,
-                        signed=float(np.copysign(rms / floor, np.mean(error[inside]))),
-                        rms=rms,
-                    )
-                )
-    return found
+    edges, errors = np.linspace(0.0, samples.end, WINDOWS + 1), values - samples.y
+    rms, ratio = np.full((2, *samples.y.shape[:2], WINDOWS), np.nan)
+    for r, s, w in np.ndindex(rms.shape):
+        error, travel = errors[r, s], samples.travel[r]
+        inside = (travel >= edges[w]) & (travel <= edges[w + 1]) & np.isfinite(error)
+        if inside.any():
+            rms[r, s, w] = _rms(error[inside])
+            ratio[r, s, w] = np.copysign(rms[r, s, w] / _rms(u_val[r, s][inside]), np.mean(error[inside]))
+    return ErrorMap(samples, edges, rms, ratio)
 
 
-def locate_failure(found: Sequence[Cell], model: str, *, faulty: bool = False) -> Where:
+def locate_failure(found: ErrorMap, model: str, *, faulty: bool = False) -> Where:
     """The worst cell, the tension at which ``model`` (as a sentence begins with it) stops being adequate, and both in
     a sentence.
 
     faulty: a fault was found, which acts at every tension, so that the model is adequate at none.
     """
-    worst = max(found, key=lambda c: c.ratio)
-    k = -NormalDist().inv_cdf(0.025 / len(found))  # no normal error of so many is larger, with probability 95 %
-    sign = {1: "> 0", -1: "< 0", 0: "= 0"}[worst.sign]
-    travel = f"{worst.window[0]:.0f}-{worst.window[1]:.0f} m"
-    place = f"{worst.signal} of run {worst.run} ({worst.tension:g} N/mm2, yaw {sign}, {travel})"
-    if worst.ratio <= k:
-        most = f"most in {place}: {worst.ratio:.1f} times the uncertainty"
-        said = f"Nowhere beyond the uncertainty of the comparison; {most}, as chance may give in one of "
-        said += f"{len(found)} places."
+    there, ratio = np.isfinite(found.rms), np.abs(found.ratio)
+    count = int(there.sum())
+    r, s, w = np.unravel_index(np.nanargmax(ratio), ratio.shape)
+    run, signal, worst = found.samples.runs[r], found.samples.signals[s], float(ratio[r, s, w])
+    low, high = found.edges[w : w + 2].tolist()
+    k = -NormalDist().inv_cdf(0.025 / count)  # no normal error of so many is larger, with probability 95 %
+    sign = "> 0" if run.yaw > 0.0 else "< 0" if run.yaw < 0.0 else "= 0"
+    place = f"{signal.name} of run {run.name} ({run.tension / N_PER_MM2:g} N/mm2, yaw {sign}, {low:.0f}-{high:.0f} m)"
+    if worst <= k:
+        said = f"Nowhere beyond the uncertainty of the comparison; most in {place}: {worst:.1f} times the uncertainty, "
+        said += f"as chance may give in one of {count} places."
     else:
-        size = f"{KILO * worst.rms:.2g} {UNIT_OF_KIND[worst.kind]}"
-        said = f"Worst in {place}: off by {size}, {worst.ratio:.0f} times the measurement uncertainty."
+        size = f"{KILO * found.rms[r, s, w]:.2g} {UNIT_OF_KIND[signal.kind]}"
+        said = f"Worst in {place}: off by {size}, {worst:.0f} times the measurement uncertainty."
 
-    tensions = sorted({c.tension for c in found})
-    ratios = np.array([max(c.ratio for c in found if c.tension == t) for t in tensions])
+    tension = np.array([run.tension for run in found.samples.runs]) / N_PER_MM2
+    tensions = np.unique(tension[there.any(axis=(1, 2))])
+    ratios = np.array([np.nanmax(ratio[tension == t]) for t in tensions])
     good, at = ratios <= k, None
     span = f"{tensions[0]:g} to {tensions[-1]:g} N/mm2"
     bad = ", ".join(f"{t:g}" for t, fits in zip(tensions, good, strict=True) if not fits)
@@ -275,7 +257,7 @@ def locate_failure(found: Sequence[Cell], model: str, *, faulty: bool = False) -
         limit = f"errors up to {k:.1f} times their uncertainty; measured at {span}"
         words = f"{model} is off {off} {at:.3g} N/mm2: rely on it {rely} only ({limit})."
     return Where(
-        worst=Worst(run=worst.run, signal=worst.signal, travel=worst.window, ratio=worst.ratio),
+        worst=Worst(run=run.name, signal=signal.name, travel=(low, high), ratio=worst),
         sentence=said,
         boundary=None if at is None else at * N_PER_MM2,
         boundary_sentence=words,

@@ -74,9 +74,9 @@ class LawFinder(Protocol):
     def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
         """What is seen beside a fit in the linear range; among: effects of all fits that are looked at."""
 
-    def law(self, bench: Workbench, fit: Fit, matters: Matters | None = None, most: float = np.inf) -> LawResult:
-        """The law of what is seen beside a fit, with its joint fit; matters: whether laws would change what is decided
-        (None: all do); most: chi2 that a law may explain, less what its form costs."""
+    def law(self, bench: Workbench, fit: Fit, matters: Matters, most: float) -> LawResult:
+        """The law of what is seen beside a fit, with its joint fit; matters: whether laws would change what is decided;
+        most: chi2 that a law may explain, less what its form costs."""
 
 
 @dataclass(frozen=True, kw_only=True)

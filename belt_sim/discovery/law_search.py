@@ -28,48 +28,42 @@ LAWS = 12  # that are compared in the linear range
 
 @dataclass(frozen=True)
 class LawSearch:
-    """The search; tell: hears what is being done; spectra: as in ``latent_inputs``; begun: the data beside sets of
-    effects that only add to the readings, for a law may be asked for beside these."""
+    """The search; tell: hears what is being done; spectra: as in ``latent_inputs``; begun: the data and latent inputs
+    beside sets of effects that only add to the readings, for a law may be asked for beside these."""
 
     tell: Callable[[str], None] = lambda text: None
     spectra: Spectra = field(default_factory=dict)
-    begun: dict[frozenset[str], SearchData] = field(default_factory=dict)
+    begun: dict[frozenset[str], tuple[SearchData, list[LatentInput]]] = field(default_factory=dict)
 
     def evidence_of_unknown(self, bench: Workbench, fit: Fit, among: Sequence[str] = ()) -> UnknownEvidence:
         """What is seen beside a fit in the linear range."""
         data = search_data_of(bench, fit, among, self.spectra)
-        found = unknown_evidence(data)
+        found, latent_inputs = unknown_evidence(data)
         data.forget_inputs()
         if all(c.is_additive() for c in bench.forward.classes if c.id in fit.ids):
-            self.begun[frozenset(fit.ids)] = data
+            self.begun[frozenset(fit.ids)] = data, latent_inputs
         return found
 
-    def law(self, bench: Workbench, fit: Fit, matters: Matters | None = None, most: float = np.inf) -> LawResult:
+    def law(self, bench: Workbench, fit: Fit, matters: Matters = lambda laws: True, most: float = np.inf) -> LawResult:
         """The law of what is seen beside a fit, with its joint fit; matters, most: as in ``LawFinder``."""
-        data = self.begun.pop(frozenset(fit.ids), None)
+        data, latent_inputs = self.begun.pop(frozenset(fit.ids), (None, None))
         if data is None or data.bench is not bench or data.fit is not fit:
-            data = search_data_of(bench, fit, spectra=self.spectra)
-        if matters is None:
-            outcome = search_law(data, self.tell)
-        else:
-            pair = LawEvidence(words="two terms", gain=most, cost=TERM, sizes=2)
-            outcome = search_law(
-                data,
-                self.tell,
-                pairs=matters([pair]),
-                matters=lambda some: matters([*map(law_evidence, some)]),
-            )
+            data, latent_inputs = search_data_of(bench, fit, spectra=self.spectra), None
+        pair = LawEvidence(words="two terms", gain=most, cost=TERM, sizes=2)
+        outcome = search_law(
+            data, self.tell, latent_inputs=latent_inputs, pairs=matters([pair]),
+            matters=lambda some: matters([*map(law_evidence, some)]),
+        )  # fmt: skip
         data.forget_inputs()
         result, made = LawResult(partial(describe_discovery, outcome)), outcome.best
         if made is None:
             return result
-        return replace(
-            result, law=law_evidence(ScoredLaw(made.scored.law, made.gain, made.worth)), fit=made.fit, bench=made.bench
-        )
+        law = law_evidence(ScoredLaw(made.scored.law, made.gain, made.worth))
+        return replace(result, law=law, fit=made.fit, bench=made.bench)
 
 
-def unknown_evidence(data: SearchData) -> UnknownEvidence:
-    """The evidence of latent inputs and of laws of one term, in the linear range.
+def unknown_evidence(data: SearchData) -> tuple[UnknownEvidence, list[LatentInput]]:
+    """The evidence of latent inputs and of laws of one term, in the linear range; and these inputs, by evidence.
 
     A latent input at one sensor that differs from run to run is no law: it is that instrument's wander.
     """
@@ -82,14 +76,14 @@ def unknown_evidence(data: SearchData) -> UnknownEvidence:
         ranked.append(single_term_laws(some))
         latent_inputs += some.latent_inputs
     ones = RankedLaws.of_all(ranked)
-    vars(data)["latent_inputs"] = sorted(latent_inputs, key=lambda c: -c.gain)  # a search for a law asks for them again
     latent_gains = [c.gain for c in latent_inputs if not (c.place.kind == "sensor" and c.pool == "each run")]
-    return UnknownEvidence(
+    evidence = UnknownEvidence(
         ids=frozenset(data.fit.ids),
         courses=np.array(latent_gains),
         laws=tuple(law_evidence(s) for s in distinct_families(ones, LAWS)),
         tried=max(len(ones.gain) / len(exponents_of(data)), 1.0),
     )
+    return evidence, sorted(latent_inputs, key=lambda c: -c.gain)
 
 
 def law_evidence(scored: ScoredLaw) -> LawEvidence:

@@ -487,23 +487,23 @@ def search_law(
     data: SearchData,
     tell: Callable[[str], None] = lambda text: None,
     *,
+    latent_inputs: Sequence[LatentInput] | None = None,
     pairs: bool = True,
     matters: Callable[[list[ScoredLaw]], bool] = lambda laws: True,
 ) -> SearchOutcome:
     """Search the law of what is missing beside a fit; something is missing.
 
-    pairs: whether laws of two terms are tried; matters: whether laws would change what is decided; those that
-    would not if they explained LOOP and WITHIN more than in closed loop are not put into the march.
+    latent_inputs: of ``data``, where they are known; pairs: whether laws of two terms are tried; matters: whether laws
+    would change what is decided; those that would not if they explained LOOP and WITHIN more than in closed loop are
+    not put into the march.
     """
     if len(data.bench.samples.runs) < RUNS_OF_A_LAW:
         return SearchOutcome(data=data, latent_inputs=())
     tell("searching for a law of the rest")
-    latent_inputs = tuple(data.latent_inputs)
+    latent_inputs = tuple(data.latent_inputs if latent_inputs is None else latent_inputs)
     choice = choose_law(data, latent_inputs[0], pairs)
-    outcome, enough = (
-        SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice),
-        DESCRIBED_BY_LAW * choice.possible,
-    )
+    outcome = SearchOutcome(data=data, latent_inputs=latent_inputs, choice=choice)
+    enough = DESCRIBED_BY_LAW * choice.possible
     rise = [WITHIN + LOOP * s.gain for s in choice.judged]
     more = [replace(s, gain=s.gain + r, score=s.score + r) for s, r in zip(choice.judged, rise, strict=True)]
     to_first_order = laws_of_the_encoder(choice, latent_inputs[0])

@@ -1,7 +1,6 @@
 """A law found in data as an effect, whose terms say which hooks it has, and as an entry of an effects.yaml."""
 
 import hashlib
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import field, make_dataclass, replace
 from functools import lru_cache
@@ -318,7 +317,6 @@ _HOOKS = {
 WIDTH = 110  # columns of a comment
 TERM_NUMBERS = ("size", "cos", "sin", "knee", "at", "wide", "exponent")
 LARGEST_EXPONENT = 10.0  # exponent of the tension
-SHARES = (-0.95, 3.9)  # between which a relative change of a span's tension or stiffness is known
 SENSOR_POINTS = (1, 2, 3, 4)
 
 
@@ -365,9 +363,8 @@ class _Entry:
         return value
 
 
-def law_of_entry(entry: Mapping[str, Any], found: bool = False) -> SizedLaw:
-    """Return the law of an entry of an effects.yaml; raise InputError in one line for what is wrong with it.
-    found: by a diagnosis, whose report a share beyond SHARES does not stop."""
+def law_of_entry(entry: Mapping[str, Any]) -> SizedLaw:
+    """Return the law of an entry of an effects.yaml; raise InputError in one line for what is wrong with it."""
     whole = _Entry(entry, f"effects.{ID}", ("id", "tension", "terms"))
     tension = whole.number("tension", "Pa")
     if tension <= 0.0:
@@ -375,11 +372,11 @@ def law_of_entry(entry: Mapping[str, Any], found: bool = False) -> SizedLaw:
     given = entry.get("terms")
     if not isinstance(given, Sequence) or isinstance(given, str) or not given:
         whole.refuse("terms", "write a list of terms, each with place, variable, course and sizes")
-    read = [_term_of(one, f"effects.{ID}.terms[{k}]", found) for k, one in enumerate(given, 1)]
+    read = [_term_of(one, f"effects.{ID}.terms[{k}]") for k, one in enumerate(given, 1)]
     return SizedLaw(Law(tuple(term for term, _ in read)), tuple(x for _, sizes in read for x in sizes), tension)
 
 
-def _term_of(given: Any, where: str, found: bool) -> tuple[Term, list[float]]:
+def _term_of(given: Any, where: str) -> tuple[Term, list[float]]:
     """The term of an entry, and its sizes."""
     one = _Entry(given, where, ("place", "points", "variable", "shape", "course", "timed", *TERM_NUMBERS))
     name = one.choice("place", (*LAW_PLACES, "sensor"))
@@ -422,15 +419,6 @@ def _term_of(given: Any, where: str, found: bool) -> tuple[Term, list[float]]:
             one.refuse(name, "give a number above 0")
     if abs(values.get("exponent", 0.0)) > LARGEST_EXPONENT:
         one.refuse("exponent", f"give an exponent of at most {LARGEST_EXPONENT:g} either way")
-    steady = variable in ("none", "yaw_set") and not COURSES[course].per
-    if place.relative and not place.is_stretch and steady and not found:
-        peak = math.hypot(*(values[n] for n in form.halves)) if form.is_wave else 0.0
-        for name in form.halves:
-            if not SHARES[0] < min(values[name], -peak) <= max(values[name], peak) < SHARES[1]:
-                least, most = SHARES
-                one.refuse(
-                    name, f"a change as a share: give one between {least:g} and {most:g}, of a wave to either side"
-                )
     numbers: dict[str, Any] = {n: values[n] for n, there in shaping.items() if there}
     form = replace(form, **numbers)
     return Term(place, form, values.get("exponent", 0.0)), [values[n] for n in form.halves]

@@ -146,7 +146,8 @@ def place(
 
 def title(fig: "Figure", text: str) -> int:
     """Write the headline of a picture at its left, and return its number of lines."""
-    lines = textwrap.wrap(text, int(fig.get_figwidth() / LETTER))
+    whole = re.sub("(?<=[0-9]) ", "\u00a0", text)  # a unit stays beside its number
+    lines = [line.replace("\u00a0", " ") for line in textwrap.wrap(whole, int(fig.get_figwidth() / LETTER))]
     where = {} if fig.get_layout_engine() else {"y": 1.0 - 0.12 / fig.get_figheight()}
     look: Any = {"x": 0.01, "ha": "left", "fontsize": FONT + 3, "fontweight": "bold", "color": INK}
     fig.suptitle("\n".join(lines), **where, **look, gid="title")

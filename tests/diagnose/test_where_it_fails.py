@@ -1,30 +1,28 @@
 """The sentences that say where a model fails."""
 
-from dataclasses import fields, replace
+from dataclasses import replace
 from statistics import NormalDist
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 from linear_bench import REPEATS, WHITE
 
+from belt_sim.campaign import SignalSheet
 from belt_sim.diagnosis.describe import look_of_residual
-from belt_sim.diagnosis.errors import Cell, locate_failure
+from belt_sim.diagnosis.errors import ErrorMap, locate_failure
 
 OF_THREE = NormalDist().inv_cdf(1.0 - 0.025 / 3)  # sigmas that none of three normal errors exceeds, with 95 %
 
 
-def cell(tension: float, ratio: float, **more) -> Cell:
-    """A cell whose rms error is ``ratio`` millimetres; what these sentences do not tell stands at 0."""
-    told = {
-        "run": f"r{tension:g}",
-        "signal": "y1",
-        "kind": "lateral",
-        "sign": 1,
-        "window": (20.0, 30.0),
-        "rms": 1e-3 * ratio,
-    }
-    return Cell(**{f.name: 0.0 for f in fields(Cell)} | told | more | {"tension": tension, "ratio": ratio})
+def errors_at(*cells: tuple[float, float], sign: float = 1.0, signal: SignalSheet = WHITE) -> ErrorMap:
+    """A run of one signal and travel window a cell (tension [N/mm2], ratio), whose rms error is ``ratio``
+    millimetres."""
+    ratio = np.array([r for _, r in cells])[:, None, None]
+    runs = [SimpleNamespace(name=f"r{t:g}", tension=1e6 * t, yaw=1e-3 * sign) for t, _ in cells]
+    samples: Any = SimpleNamespace(runs=runs, signals=[signal])
+    return ErrorMap(samples, np.array([20.0, 30.0]), 1e-3 * ratio, sign * ratio)
 
 
 def crossing(low: float, high: float, before: float, after: float, k: float) -> float:
@@ -37,7 +35,7 @@ def crossing(low: float, high: float, before: float, after: float, k: float) -> 
 def test_many_cells_need_more_than_one(count, k):
     """The largest of so many normal errors is beyond k sigma once in twenty campaigns."""
     for ratio, said in ((k - 0.01, "Nowhere beyond the uncertainty"), (k + 0.01, "Worst in y1")):
-        where = locate_failure([cell(7, ratio)] + [cell(7, 0.1)] * (count - 1), "Model strip")
+        where = locate_failure(errors_at((7, ratio), *[(7, 0.1)] * (count - 1)), "Model strip")
         assert where.sentence.startswith(said)
 
 
@@ -53,7 +51,7 @@ def test_the_angle_that_is_lacking_where_no_run_has_a_reading(recwarn):
 
 
 def test_a_model_that_fails_where_the_belt_is_slack():
-    where = locate_failure([cell(7, 12.0), cell(14, 6.0), cell(28, 1.0)], "Model strip")
+    where = locate_failure(errors_at((7, 12.0), (14, 6.0), (28, 1.0)), "Model strip")
     at = crossing(14, 28, 6.0, 1.0, OF_THREE)
     assert where.boundary == pytest.approx(at * 1e6)
     assert where.boundary_sentence.startswith(f"Model strip is off below {at:.3g} N/mm2: rely on it above only")
@@ -61,7 +59,7 @@ def test_a_model_that_fails_where_the_belt_is_slack():
 
 
 def test_a_model_that_fails_where_the_belt_is_tight():
-    where = locate_failure([cell(7, 1.0), cell(14, 1.0), cell(28, 6.0)], "Model strip")
+    where = locate_failure(errors_at((7, 1.0), (14, 1.0), (28, 6.0)), "Model strip")
     at = crossing(14, 28, 1.0, 6.0, OF_THREE)
     assert where.boundary == pytest.approx(at * 1e6)
     assert where.boundary_sentence.startswith(f"Model strip is off above {at:.3g} N/mm2: rely on it below only")
@@ -78,23 +76,23 @@ def test_a_model_that_fails_where_the_belt_is_tight():
     ids=["a fault of slack belts", "a fault of tight belts", "everywhere", "one between good ones"],
 )
 def test_no_boundary_where_no_tension_parts_good_from_bad(ratios, faulty, words):
-    cells = [cell(t, r) for t, r in zip((7, 14, 28), ratios, strict=True)]
-    where = locate_failure(cells, "Model strip", faulty=faulty)
+    where = locate_failure(errors_at(*zip((7, 14, 28), ratios, strict=True)), "Model strip", faulty=faulty)
     assert (where.boundary, where.boundary_sentence) == (None, f"Model strip is {words}")
 
 
 def test_the_worst_cell_of_a_tension_decides():
-    where = locate_failure([cell(7, 0.1, sign=-1), cell(7, 8.0, sign=-1), cell(28, 0.1)], "Model strip")
+    where = locate_failure(errors_at((7, 0.1), (7, 8.0), (28, 0.1), sign=-1.0), "Model strip")
     assert where.boundary is not None
     assert "y1 of run r7 (7 N/mm2, yaw < 0, 20-30 m): off by 8 mm, 8 times" in where.sentence
 
 
 def test_tilt_is_told_in_milliradians():
-    assert "off by 8 mrad" in locate_failure([cell(7, 8.0, signal="tilt", kind="tilt")], "Model strip").sentence
+    found = errors_at((7, 8.0), signal=replace(WHITE, name="tilt", at="tilt_upper", kind="tilt"))
+    assert "off by 8 mrad" in locate_failure(found, "Model strip").sentence
 
 
 def test_within_the_uncertainty_nothing_is_called_bad():
-    where = locate_failure([cell(7, 1.2), cell(28, 1.2)], "Model strip")
+    where = locate_failure(errors_at((7, 1.2), (28, 1.2)), "Model strip")
     assert where.sentence.startswith("Nowhere beyond the uncertainty")
     assert where.boundary is None
     assert where.boundary_sentence.startswith("Cell by cell within the uncertainty of the comparison at every tension")

@@ -81,13 +81,13 @@ def test_the_written_effect_lets_the_error_fall_in_a_comparison(tmp_path):
 
 
 def test_something_unknown_is_likely_where_it_is_and_only_there():
-    odds = [log_evidence(unknown_evidence(surveyed(name)), 1.0, POLICY) for name in ("yaw_creep", "")]
+    odds = [log_evidence(unknown_evidence(surveyed(name))[0], 1.0, POLICY) for name in ("yaw_creep", "")]
     assert odds[0] > 0.25 * D**2 > 20.0
     assert odds[1] < 0.0
 
 
 def test_the_law_in_the_march_is_worth_more_than_what_is_seen_in_the_linear_range(monkeypatch):
-    monkeypatch.setattr(law_search, "search_law", lambda data, tell: discovered("yaw_creep"))
+    monkeypatch.setattr(law_search, "search_law", lambda data, tell, **asked: discovered("yaw_creep"))
     bench, fit = fitted("yaw_creep")
     seen, law = LawSearch().evidence_of_unknown(bench, fit), LawSearch().law(bench, fit)
     assert law.law is not None
@@ -102,10 +102,12 @@ def test_free_inputs_that_were_seen_are_not_sought_again(monkeypatch):
     bench, fit = fitted("yaw_creep")
     search = LawSearch()
     seen = search.evidence_of_unknown(bench, fit)
-    (data,) = search.begun.values()
-    monkeypatch.setattr(type(data), "latent_inputs_at", None)
-    best = max(c.gain for c in data.latent_inputs)
-    assert best == data.latent_inputs[0].gain == seen.courses.max()
+    asked = []
+    monkeypatch.setattr(law_search, "search_law", lambda data, tell, **given: asked.append(given) or discovered())
+    search.law(bench, fit)
+    latent_inputs = asked[0]["latent_inputs"]
+    best = max(c.gain for c in latent_inputs)
+    assert best == latent_inputs[0].gain == seen.courses.max()
 
 
 def test_a_law_that_predicts_worse_than_none_is_told_so():
