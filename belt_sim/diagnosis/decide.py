@@ -102,9 +102,8 @@ class OtherModel:
 
 @dataclass(frozen=True, kw_only=True)
 class LawEvidence:
-    """A generic law: what it says, its chi2 gain, what its numbers must earn [chi2], and of how many sizes it is."""
+    """A generic law: its chi2 gain, what its numbers must earn [chi2], and of how many sizes it is."""
 
-    words: str
     gain: float
     cost: float
     sizes: int
@@ -232,7 +231,7 @@ class Decision:
     def most_probable_unknown(self, table: EvidenceTable, ids: Ids, policy: Policy) -> float:
         """The probability of something unknown if a further law beside the effects ``ids`` explained the most that one
         may."""
-        law = LawEvidence(words="", gain=self.most_of_a_law(table, ids), cost=0.0, sizes=1)
+        law = LawEvidence(gain=self.most_of_a_law(table, ids), cost=0.0, sizes=1)
         return unknown_with_laws(table, ids, [law], policy)
 
     def could_change(self, table: EvidenceTable, ids: Ids, laws: Iterable[LawEvidence], policy: Policy) -> bool:

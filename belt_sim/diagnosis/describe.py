@@ -11,7 +11,15 @@ from belt_sim.campaign.kinematics import check_running_start
 from belt_sim.campaign.quality import counted_from_yaw, records_of
 from belt_sim.diagnosis.decide import POLICY, needed_gain
 from belt_sim.diagnosis.drawings import drawings, label
-from belt_sim.diagnosis.errors import error_map, errors_of, held_out, lateral_rms, locate_failure, run_errors
+from belt_sim.diagnosis.errors import (
+    error_map,
+    errors_of,
+    held_out,
+    lateral_rms,
+    locate_failure,
+    residual_campaign,
+    run_errors,
+)
 from belt_sim.diagnosis.examine import Findings
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.next_run import Rival, separation
@@ -29,7 +37,6 @@ from belt_sim.results.diagnosis import (
     Diagnosis,
     FoundEffect,
     NoiseLevels,
-    RequiredAngle,
     TiedSet,
     Unknown,
     Verdict,
@@ -78,11 +85,10 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         times = "more than a million" if odds > np.log(1e6) else f"{np.exp(odds):.0f}"
         why = f"something unknown is {times} times likelier"
         nearest = (join_words(known.effects), why) if known.effects else (None, None)
-        law = d.law.law.words if d.law is not None and d.law.law is not None else "no law of one or two terms"
         residual = bench.samples.y - d.named.values
         white_rest = bench.metric.whiten(np.where(np.isfinite(residual), residual, 0.0)).reshape(len(residual), -1)
-        tests, look = (f"something beyond the library ({law})",), look_of_residual(bench.samples, residual, white_rest)
-        unknown = Unknown(failed_tests=tests, nearest=nearest[0], why=nearest[1], **look)
+        look = look_of_residual(bench.samples, residual, white_rest)
+        unknown = Unknown(nearest=nearest[0], why=nearest[1], **look)
     white, wander = (float(np.exp(np.mean(np.log(x)))) for x in (bench.levels.white, bench.levels.wander))
     return Diagnosis(
         base_model=name,
@@ -171,11 +177,7 @@ def _answered(d: Findings, suspicion: Suspicion) -> bool:
     """Whether the named effects explain a drift before the yaw: it is no longer in what they leave of the readings."""
     if d.decision.verdict != Verdict.EXPLAINED or suspicion.kind != "running_start":
         return False
-    samples, runs = d.fitted_bench.samples, []
-    for run, travel, values in zip(samples.runs, samples.travel, d.named.values, strict=True):
-        model = {s.name: np.interp(run.travel, travel, y) for s, y in zip(samples.signals, values, strict=True)}
-        runs.append(replace(run, signals={n: y - model[n] for n, y in run.signals.items() if n in model}))
-    left = replace(d.bench.campaign, runs=tuple(runs))
+    left = residual_campaign(d.fitted_bench, d.named.values)
     told = check_running_start(d.bench.campaign, counted_from_yaw(records_of(d.bench.campaign)))
     return suspicion in told and not check_running_start(left, counted_from_yaw(records_of(left)))
 
@@ -262,15 +264,14 @@ def _rank_candidates(d: Findings) -> tuple[Candidate, ...]:
 
 def look_of_residual(samples: Samples, residual: np.ndarray, white: np.ndarray) -> dict[str, Any]:
     """What a residual (R, S, n), white (R, N) where it is whitened, looks like: whether it turns over with the sign of
-    yaw, n of |residual| ~ tension^n, the travel [m] at which the worst run leaves its own zero by three sigma, the
-    wavelength [m] of the line that stands out, and the contact angle that the run-up law would need, to first order:
-    d(residual)/ds + residual/L.
+    yaw, n of |residual| ~ tension^n, the travel [m] at which the worst run leaves its own zero by three sigma, and the
+    wavelength [m] of the line that stands out.
 
-    All but the parity and the angle, which is of point 1, are of the first signal; None where the runs cannot tell.
+    All but the parity are of the first signal; None where the runs cannot tell.
     """
-    first, places = residual[:, 0], [s.at for s in samples.signals]
+    first = residual[:, 0]
     sign, stress = np.sign([r.yaw for r in samples.runs]), np.array([r.tension for r in samples.runs])
-    parity, exponent, wavelength, angle = "unknown: only one sign of yaw was run", None, None, None
+    parity, exponent, wavelength = "unknown: only one sign of yaw was run", None, None
     if np.any(sign > 0) and np.any(sign < 0):
         plus, minus = white[sign > 0].mean(axis=0), white[sign < 0].mean(axis=0)
         odd, even = float(np.sum((plus - minus) ** 2)), float(np.sum((plus + minus) ** 2))
@@ -298,13 +299,4 @@ def look_of_residual(samples: Samples, residual: np.ndarray, white: np.ndarray) 
     if usable.any() and power[k] >= 12.0 * np.median(power[usable]):
         wavelength = float(1.0 / frequency[k])
 
-    if "point_1" in places:
-        row, weight = residual[:, places.index("point_1")], sign if np.any(sign) else np.ones(len(sign))
-        keep = np.isfinite(row).any(axis=0)  # some run has a reading there
-        mean = np.nanmean((row * weight[:, None])[:, keep], axis=0)
-        course = np.polynomial.Chebyshev.fit(samples.travel[0][keep], mean, 8)
-        knots = np.linspace(0.0, samples.travel[0][-1], 13)
-        needed = course.deriv()(knots) + course(knots) / float(samples.cases.rig.span_length)
-        angle = RequiredAngle(travel=knots, angle=needed)
-    told = {"parity": parity, "tension_exponent": exponent, "onset": onset, "wavelength": wavelength}
-    return told | {"required_angle": angle}
+    return {"parity": parity, "tension_exponent": exponent, "onset": onset, "wavelength": wavelength}

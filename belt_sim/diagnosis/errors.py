@@ -468,16 +468,21 @@ def find_faults(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspi
     """What is wrong, worst first: ``suspicions`` of the data by themselves, and what ``values`` (R, S, n) show: runs
     that do not begin where these do, by more than the sheet's errors allow, and readings that were confused.
     """
-    samples, seen = bench.samples, confirm_signs(bench, values, suspicions)
+    seen = confirm_signs(bench, values, suspicions)
     if all(s.kind == "dropout" and s.severity == "look" for s in seen):  # what was left out says nothing of the rest
-        rest, runs = samples.y - values, []
-        for r, run in enumerate(samples.runs):
-            own = np.concatenate([[True], np.diff(samples.travel[r]) > 0])  # shorter records are padded
-            signals = {s.name: rest[r, k, own] for k, s in enumerate(samples.signals) if s.name in run.signals}
-            runs.append(replace(run, travel=samples.travel[r, own], time=None, signals=signals))
-        left = replace(bench.campaign, runs=tuple(runs))
+        left = residual_campaign(bench, values)
         seen = (*seen, *check_starts(left, counted_from_yaw(records_of(left)), curvature_share=0.0))
     return seen if any(s.severity == "stop" for s in seen) else (*find_misread_run(bench, values), *seen)
+
+
+def residual_campaign(bench: Workbench, values: np.ndarray) -> Campaign:
+    """The campaign with what ``values`` (R, S, n) leave of its readings in their place."""
+    samples, runs = bench.samples, []
+    for run, travel, rest in zip(samples.runs, samples.travel, samples.y - values, strict=True):
+        own = np.concatenate([[True], np.diff(travel) > 0])  # shorter records are padded
+        signals = {s.name: y[own] for s, y in zip(samples.signals, rest, strict=True) if s.name in run.signals}
+        runs.append(replace(run, travel=travel[own], time=None, signals=signals))
+    return replace(bench.campaign, runs=tuple(runs))
 
 
 def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:

@@ -21,7 +21,7 @@ from belt_sim.discovery.linear_search import (
 )
 from belt_sim.discovery.search_data import LatentInput, SearchData, Spectra, has_many_readings, search_data_of
 from belt_sim.discovery.selection import search_law
-from belt_sim.discovery.words import describe_discovery, formula
+from belt_sim.discovery.words import describe_discovery
 
 LAWS = 12  # that are compared in the linear range
 
@@ -49,7 +49,7 @@ class LawSearch:
         data, latent_inputs = self.begun.pop(frozenset(fit.ids), (None, None))
         if data is None or data.bench is not bench or data.fit is not fit:
             data, latent_inputs = search_data_of(bench, fit, spectra=self.spectra), None
-        pair = LawEvidence(words="two terms", gain=most, cost=TERM, sizes=2)
+        pair = LawEvidence(gain=most, cost=TERM, sizes=2)
         outcome = search_law(
             data, self.tell, latent_inputs=latent_inputs, pairs=matters([pair]),
             matters=lambda some: matters([*map(law_evidence, some)]),
@@ -88,10 +88,5 @@ def unknown_evidence(data: SearchData) -> tuple[UnknownEvidence, list[LatentInpu
 
 def law_evidence(scored: ScoredLaw) -> LawEvidence:
     """A law as the table of evidence has it."""
-    terms = scored.law.terms
-    return LawEvidence(
-        words=f"{terms[0].place.words}: {formula(scored.law)}",
-        gain=scored.gain,
-        cost=scored.gain - scored.score,
-        sizes=sum(t.sizes for t in terms),
-    )
+    sizes = sum(t.sizes for t in scored.law.terms)
+    return LawEvidence(gain=scored.gain, cost=scored.gain - scored.score, sizes=sizes)

@@ -41,19 +41,15 @@ WITH_SLOPES = 2  # laws with a knee, of which both slopes are tried
 SAME_COSINE = 0.998  # cosine of readings that are the same
 POLISHED, POLISH = 6, 30  # laws that are fitted to the end, steps
 MODELLED = 0.02  # of a gain, to which linear columns can be trusted
-REPETITIONS = 400  # of the campaign, simulated
 
 
 @dataclass(frozen=True)
 class LawChoice:
-    """best: the law with the best score; simple: the best of one term; judged: all laws in closed loop, best first.
-
-    frequency: how often it comes first when all is measured again; possible: chi2 that the latent input explains.
-    """
+    """best: the law with the best score; simple: the best of one term; judged: all laws in closed loop, best first;
+    possible: chi2 that the latent input explains."""
 
     best: ScoredLaw
     judged: tuple[ScoredLaw, ...]
-    frequency: float
     simple: ScoredLaw
     possible: float
 
@@ -95,23 +91,9 @@ def choose_law(data: SearchData, latent: LatentInput, pairs: bool = True) -> Law
     simple = next(c for c in everything if len(c.law.terms) == 1)  # in the march the second may win
     for made in {c.law.family: c for c in (everything[0], simple)}.values():
         everything = _merge(everything, _fit_all(data, _other_places(data, made)))
-    best = everything[0]
-    close = best.score - WITHIN - MODELLED * best.gain
-    rivals = [c for c in everything[1:] if c.score > close and len(c.law.terms) <= len(best.law.terms)]
-    frequency = 1.0
-    if rivals:  # how often the best stays first under fresh noise, the data being as it says
-        along = data.projector.gram_of(np.stack([c.readings for c in (best, *rivals)]))
-        prices = np.array([cost(c.law) for c in (best, *rivals)])
-        root = np.linalg.cholesky(along + 1e-6 * np.trace(along) / len(along) * np.eye(len(along)))
-        noise = np.random.default_rng(1).standard_normal((REPETITIONS, len(along))) @ root.T
-        gains = 2.0 * (along[0] + noise) - np.diag(along)
-        frequency = float(np.mean(np.argmax(gains - prices, axis=1) == 0))
+    judged = tuple(c.scored_law for c in everything)
     return LawChoice(
-        best=best.scored_law,
-        judged=tuple(c.scored_law for c in everything),
-        frequency=frequency,
-        simple=next(c for c in everything if len(c.law.terms) == 1).scored_law,
-        possible=possible,
+        best=judged[0], judged=judged, simple=next(s for s in judged if len(s.law.terms) == 1), possible=possible
     )
 
 

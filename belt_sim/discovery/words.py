@@ -272,7 +272,6 @@ def _law_fields(found: SearchOutcome, best: MarchFit, choice: LawChoice, probabi
         exponent=Estimate(*best.exponent, "1", True) if len(np.unique(s.stated_tension)) > 1 else None,
         parameters={n: Estimate(v, u, unit, True) for n, (v, u, unit) in numbers.items()},
         share=min(1.0, best.gain / max(choice.possible, 1e-9)),
-        frequency=choice.frequency,
         looks_like="" if found.alike else looks_like(s, law),  # no cause of what may act elsewhere
     )
     error = errors_of(s.bench, s.fit, best.bench, best.fit)
@@ -282,7 +281,7 @@ def _law_fields(found: SearchOutcome, best: MarchFit, choice: LawChoice, probabi
     data = f"{campaign.title} ({len(campaign.runs)} runs"
     data += f", SHA-256 {campaign.sha256[:12]})" if campaign.sha256 else ")"
     beside = ", ".join(s.fit.ids) or f"the {s.bench.forward.model.name} model alone"
-    sure = f"probability {probability:.3g}; first again in {choice.frequency:.0%} of repetitions"
+    source = f"Found in: {data}, beside {beside}; probability {probability:.3g}."
     made = best.effect(**{name: value for name, (value, _, _) in numbers.items()})
     of_numbers = {best.effect.id: {name: u for name, (_, u, _) in numbers.items()}}
     points, curve = _law_points(found, best)
@@ -295,7 +294,7 @@ def _law_fields(found: SearchOutcome, best: MarchFit, choice: LawChoice, probabi
         "against": points,
         "curve": curve,
         "error": error,
-        "law_file": save_effects([made], of_numbers, (said, f"Found in: {data}, beside {beside}; {sure}.")),
+        "law_file": save_effects([made], of_numbers, (said, source)),
     }
 
 

@@ -7,7 +7,7 @@ from enum import StrEnum
 from typing import Annotated, Any
 
 import numpy as np
-from pydantic import AfterValidator, BeforeValidator, Field, InstanceOf, PlainSerializer, computed_field
+from pydantic import BeforeValidator, Field, InstanceOf, PlainSerializer, computed_field
 
 from belt_sim.campaign.quality import Suspicion
 from belt_sim.results import words
@@ -189,24 +189,14 @@ class NextRun:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RequiredAngle:
-    """The contact angle [rad] that the run-up law would need, against travel [m]; both (n,)."""
-
-    travel: Annotated[Array, file_field("travel_m")]
-    angle: Annotated[Array, PlainSerializer(lambda a: (1e6 * a).tolist()), AfterValidator(lambda a: a / 1e6)]
-
-
-@dataclass(frozen=True, kw_only=True)
 class Unknown:
     """The shape card of an unknown effect, with the nearest known effect and why that fails; lengths in m; None where
     the residual does not show it."""
 
-    failed_tests: tuple[str, ...]
     parity: str
     tension_exponent: float | None
     onset: Annotated[float | None, file_field("onset_m")]
     wavelength: Annotated[float | None, file_field("wavelength_m")]
-    required_angle: Annotated[RequiredAngle | None, file_field("required_contact_angle_urad")]
     nearest: str | None
     why: str | None
 
@@ -268,8 +258,8 @@ class LawPoints:
 @dataclass(frozen=True, kw_only=True)
 class FoundLaw:
     """A law that was found: formula as people read it, its variable and unit, parity in yaw, exponent of tension with
-    one sigma (None where one tension was run), parameters, the share of the residual's chi2 that it explains, how often
-    it would come first if all was measured again, what it looks like."""
+    one sigma (None where one tension was run), parameters, the share of the residual's chi2 that it explains, what it
+    looks like."""
 
     formula: str
     place: str
@@ -279,7 +269,6 @@ class FoundLaw:
     exponent: Estimate | None
     parameters: Mapping[str, Estimate]
     share: float
-    frequency: float
     looks_like: str
 
 

@@ -120,7 +120,7 @@ def test_what_only_adds_to_readings_is_named_beside_the_unknown_and_nothing_else
 
 
 def test_the_best_of_many_laws_pays_for_their_number():
-    law = LawEvidence(words="", gain=60.0, cost=0.0, sizes=1)
+    law = LawEvidence(gain=60.0, cost=0.0, sizes=1)
     few, many = (log_evidence(replace(NO_COURSE, laws=(law,), tried=n), 1.0, POLICY) for n in (100.0, 10000.0))
     assert few - many == pytest.approx(log(100.0), abs=0.05)
 
@@ -177,7 +177,7 @@ def test_a_search_raises_the_rows_of_its_law_alone_and_the_more_the_law_gains():
     """What leaving a search out rests on."""
     pair, asked = row("crown", "taper", gain=2000.0), []
     for gain in (0.0, 500.0, 1000.0, 2000.0, 4000.0):
-        law = LawEvidence(words="", gain=gain, cost=26.0, sizes=2)
+        law = LawEvidence(gain=gain, cost=26.0, sizes=2)
         found = explanations(
             table(pair, unknown=(replace(NO_COURSE, laws=(law,)), unknown(3.0, "crown", "taper"))), POLICY
         )
@@ -219,7 +219,7 @@ def test_a_law_that_cannot_reach_the_alarm_is_not_worth_a_march():
     asked_of = table(pair, unknown=(NO_COURSE, beside))
     decision = decide(asked_of, POLICY)
     assert decision.most_of_a_law(asked_of, frozenset()) == 2000.0
-    law = LawEvidence(words="", gain=2000.0, cost=0.0, sizes=1)
+    law = LawEvidence(gain=2000.0, cost=0.0, sizes=1)
     worth = [
         decision.could_change(asked_of, frozenset(), [replace(law, gain=law.gain - less)], POLICY)
         for less in (0.0, 200.0)
@@ -231,7 +231,7 @@ def test_a_law_may_explain_what_is_seen_beside_the_effects():
     """A free input, which has 30 nats of evidence before it pays for its choice, or a law, less what its form costs."""
     pair = row("crown", "taper", gain=2000.0)
     nothing = replace(NO_COURSE, ids=pair.ids)
-    law = LawEvidence(words="", gain=70.0, cost=6.0, sizes=1)
+    law = LawEvidence(gain=70.0, cost=6.0, sizes=1)
     for seen, most in (
         ((NO_COURSE, nothing), 2000.0),
         ((NO_COURSE, replace(nothing, courses=np.array([30.0, 0.0]))), 2060.0),
@@ -255,7 +255,7 @@ def test_a_law_may_explain_what_is_seen_beside_the_effects():
 def test_a_law_that_would_win_by_what_it_explains_beside_the_effects_is_sought(effects, inflation, near, beside, cost):
     """A law is seen beside effects, too weak to be told; in their place it explains what they do and this."""
     known = row(*effects, gain=2000.0)
-    law = LawEvidence(words="", gain=near, cost=cost, sizes=1)
+    law = LawEvidence(gain=near, cost=cost, sizes=1)
     rest = replace(NO_COURSE, ids=known.ids, laws=(replace(law, gain=beside),))
     asked_of = replace(table(known, unknown=(replace(NO_COURSE, laws=(law,)), rest)), inflation=inflation)
     decision = decide(asked_of, POLICY)

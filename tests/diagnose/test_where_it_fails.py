@@ -7,10 +7,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linear_bench import REPEATS, WHITE
+from linear_bench import WHITE
 
 from belt_sim.campaign import SignalSheet
-from belt_sim.diagnosis.describe import look_of_residual
 from belt_sim.diagnosis.errors import ErrorMap, locate_failure
 
 OF_THREE = NormalDist().inv_cdf(1.0 - 0.025 / 3)  # sigmas that none of three normal errors exceeds, with 95 %
@@ -37,17 +36,6 @@ def test_many_cells_need_more_than_one(count, k):
     for ratio, said in ((k - 0.01, "Nowhere beyond the uncertainty"), (k + 0.01, "Worst in y1")):
         where = locate_failure(errors_at((7, ratio), *[(7, 0.1)] * (count - 1)), "Model strip")
         assert where.sentence.startswith(said)
-
-
-def test_the_angle_that_is_lacking_where_no_run_has_a_reading(recwarn):
-    """Travels without a reading in any run are left out, and nothing is warned of."""
-    travel = np.linspace(0.0, 30.0, 61)
-    residual = np.where(travel > 25.0, np.nan, 1e-3 * travel)[None, None].repeat(2, axis=0)
-    signals, cases = [replace(WHITE, wander_sd=0.0)], SimpleNamespace(rig=SimpleNamespace(span_length=10.0))
-    samples = SimpleNamespace(signals=signals, travel=travel[None].repeat(2, axis=0), cases=cases, runs=REPEATS)
-    found = look_of_residual(samples, residual, residual)["required_angle"]
-    assert found.angle == pytest.approx(1e-3 + 1e-4 * found.travel)
-    assert not recwarn.list
 
 
 def test_a_model_that_fails_where_the_belt_is_slack():

@@ -46,7 +46,7 @@ def likely(data, name):
 
 
 def chosen(*judged):
-    return LawChoice(judged[0], judged, 1.0, judged[0], judged[0].gain)
+    return LawChoice(judged[0], judged, judged[0], judged[0].gain)
 
 
 def test_a_law_of_the_encoder_that_promises_half_is_tried(data):

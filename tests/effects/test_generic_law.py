@@ -267,7 +267,7 @@ def test_an_edge_has_the_stress_of_its_own_span(shares):
         (1, {"size": -0.55}, True),
         (-1, {"size": -0.55}, True),
         (1, {"size": -1.0}, True),
-        (1, {"place": "bending_upper", "size": 4.0}, True),
+        (1, {"place": "bending_lower", "size": 4.0}, True),
         (1, {"variable": "y", "shape": "magnitude", "size": 1e5}, True),
         (-1, {"variable": "y", "size": -1.0}, False),
         (-1, {"place": "bending_lower", "size": -0.8}, False),

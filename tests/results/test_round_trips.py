@@ -21,7 +21,6 @@ from belt_sim.results.diagnosis import (
     FoundEffect,
     NextRun,
     NoiseLevels,
-    RequiredAngle,
     RunSettings,
     Unknown,
     Verdict,
@@ -97,17 +96,12 @@ RUNS = st.builds(
     measured=FEATURES,
     modelled=FEATURES,
 )
-ANGLES = st.lists(st.tuples(POSITIVE, NUMBERS), min_size=1, max_size=4).map(
-    lambda rows: RequiredAngle(travel=np.array([r[0] for r in rows]), angle=np.array([r[1] for r in rows]))
-)
 UNKNOWNS = st.builds(
     Unknown,
-    failed_tests=st.lists(NAMES, max_size=3).map(tuple),
     parity=st.sampled_from(["odd", "even"]),
     tension_exponent=st.none() | NUMBERS,
     onset=st.none() | POSITIVE,
     wavelength=st.none() | POSITIVE,
-    required_angle=st.none() | ANGLES,
     nearest=st.none() | NAMES,
     why=st.none() | WORDS,
 )

@@ -17,6 +17,7 @@ from belt_sim.errors import BeltError, InputError
 from belt_sim.results.errors import SteadyError
 from belt_sim.show.curves import curves_picture, steady_picture
 from belt_sim.show.diagnosis import AROUND, drift_chart_picture, overlay_picture
+from belt_sim.show.style import title
 
 PNG = b"\x89PNG\r\n\x1a\n"
 ROUNDED = 1.0  # [px] by which a text may seem to leave its page
@@ -136,6 +137,15 @@ def test_a_picture_is_what_its_ending_says(ending, begins, runs, tmp_path):
     assert path.read_bytes().startswith(begins)
     with pytest.raises(InputError, match=r"give a name that ends in \.png, \.svg, \.pdf"):
         curves_picture(tmp_path / "curves.docx", runs, "Nowhere")
+
+
+@pytest.mark.parametrize("width", [3.0, 4.0, 5.0, 6.0])
+def test_a_headline_keeps_a_unit_beside_its_number(width):
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, 2.0))
+    title(figure, "Model strip is off below 12.3 N/mm², worst in y1 of a run at 7 N/mm² and 0.04 °")
+    assert not [line for line in figure.get_suptitle().split("\n") if line[0] in "N°"]
 
 
 def test_panels_are_placed_by_distances():

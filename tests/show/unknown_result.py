@@ -7,7 +7,7 @@ from small_campaign import drawn
 from belt_sim.results.diagnosis import Diagnosis, Unknown, Verdict
 
 SHAPE = Unknown(
-    failed_tests=("fit",), parity="even", tension_exponent=-1.0, onset=0.0, wavelength=None, required_angle=None,
+    parity="even", tension_exponent=-1.0, onset=0.0, wavelength=None,
     nearest="crown", why="it fails at 7 N/mm2",
 )  # fmt: skip
 
