@@ -16,9 +16,9 @@ from belt_sim.diagnosis.noise import FREE_ZERO, metric_of, zero_sigmas
 from belt_sim.diagnosis.plausibility import prior_sigma
 from belt_sim.diagnosis.samples import Samples, zero_is_read
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.results.errors import UNIT_OF_KIND, Change, Errors, Features, OwnChange, RunError, Where, Worst
+from belt_sim.results.errors import UNIT_OF_KIND, Change, Errors, OwnChange, RunError, Where, Worst
 from belt_sim.results.words import KILO
-from belt_sim.units import MM, N_PER_MM2
+from belt_sim.units import N_PER_MM2
 
 # Held-out error: whole conditions (a tension, a sign of yaw) are left out, the rest is refitted, they are predicted.
 #
@@ -266,31 +266,17 @@ def locate_failure(found: ErrorMap, model: str, *, faulty: bool = False) -> Wher
 
 # Errors of every run, and over all.
 
-FIRST_ERROR = 0.1 * MM  # and 0.1 mrad of a tilt
-SAMPLES_BEYOND = 5  # samples
-
-
-def features(travel: np.ndarray, y: np.ndarray) -> Features:
-    """Features of one record [m or rad] against travel [m], both (n,).
-
-    Overshoot is the largest distance beyond the line that the late record lies on, in the direction of motion.
-    """
-    keep = np.isfinite(y)
-    travel, y = travel[keep], y[keep]
-    if len(y) < SAMPLES_BEYOND:
-        return Features()
-    late = travel >= travel[-1] - LATE_SHARE * (travel[-1] - travel[0])
-    slope, start = np.polyfit(travel[late], y[late], 1)
-    beyond = (y - (start + slope * travel)) * np.sign(y[-1] if y[-1] != 0 else 1.0)
-    moved = np.flatnonzero(np.abs(y) >= FIRST_ERROR)
-    return Features(
-        late_rate=float(slope),
-        first_move=float(travel[moved[0]]) if len(moved) else None,
-        overshoot=float(max(beyond.max(), 0.0)),
-    )
-
-
+LEAST_READINGS = 5  # of a record that has a late rate
 WORSE_THAN_FLOOR = 1.5  # a run counts as worse only beyond this many times its floor
+
+
+def late_rate(travel: np.ndarray, y: np.ndarray) -> float | None:
+    """Late rate of one record [m/m or rad/m] against travel [m], both (n,); None with too few readings."""
+    travel, y = travel[np.isfinite(y)], y[np.isfinite(y)]
+    if len(y) < LEAST_READINGS:
+        return None
+    late = travel >= travel[-1] - LATE_SHARE * (travel[-1] - travel[0])
+    return float(np.polyfit(travel[late], y[late], 1)[0])
 
 
 def run_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> tuple[RunError, ...]:
@@ -316,8 +302,8 @@ def run_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> tuple
                     after=then,
                     floor=least,
                     worse=bool(then > first and then > WORSE_THAN_FLOOR * least),
-                    measured=features(travel, y),
-                    modelled=features(travel, after[r, s]),
+                    measured_rate=late_rate(travel, y),
+                    modelled_rate=late_rate(travel, after[r, s]),
                 )
             )
     return tuple(rows)

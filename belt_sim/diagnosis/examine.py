@@ -32,7 +32,7 @@ from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, find_starts, linearise_effects
 from belt_sim.diagnosis.noise import Disagreement, metric_of, words_of
 from belt_sim.diagnosis.samples import first_place_inside_span, samples_of, shapes_a_span
-from belt_sim.diagnosis.search import NO_EFFECTS, Search, add_fits, extend, row_of, run_search, tabulate
+from belt_sim.diagnosis.search import NO_EFFECTS, Search, add_fits, extend, row_of, run_search, start_from, tabulate
 from belt_sim.diagnosis.workbench import Workbench, expand_at_likely_settings, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError
@@ -207,13 +207,8 @@ def find_single_supports(
             continue
         fitted = replace(bench.fitted, y=y)
         bench = replace(bench, fitted=fitted, metric=metric_of(fitted, bench.levels, bench.shapes, bench.shared))
-        starts = []
-        for ids in (named.ids, *(tuple(i for i in named.ids if i != name) for name in named.ids)):
-            vector = named.vector.copy()  # null of all other effects
-            others = [k for k, s in enumerate(bench.forward.slots) if s.effect.id not in ids]
-            vector[others] = bench.forward.null()[others]
-            starts.append(bench.start(ids, vector))
-        whole, *smaller = bench.fit(starts)
+        sets = (named.ids, *(tuple(i for i in named.ids if i != name) for name in named.ids))
+        whole, *smaller = bench.fit([start_from(bench, ids, dict.fromkeys(ids, named)) for ids in sets])
         needed = [needed_gain(row_of(bench, fit, checked=False), table, POLICY) for fit in (whole, *smaller)]
         for name, fit, least in zip(named.ids, smaller, needed[1:], strict=True):
             if fit.chi2 - whole.chi2 < needed[0] - least:

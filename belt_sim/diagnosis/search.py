@@ -332,13 +332,13 @@ def add_fits(search: Search, sets: Sequence[Names]) -> Search:
         # and where each of them stood by itself: a gap or a place that is off by far keeps a refit from the best point
         if key in search.starts:
             larger = sorted((f for k, f in search.fits.items() if key and k > key), key=lambda f: f.chi2)[:1]
-            starts = [search.starts[key], *(_start_from(bench, ids, dict.fromkeys(ids, f)) for f in larger)]
+            starts = [search.starts[key], *(start_from(bench, ids, dict.fromkeys(ids, f)) for f in larger)]
         elif larger := [f for k, f in search.starts.items() if k > key]:
-            starts = [_start_from(bench, ids, dict.fromkeys(ids, larger[-1]))]
+            starts = [start_from(bench, ids, dict.fromkeys(ids, larger[-1]))]
         else:
             single = {n: latest[frozenset([n])] for n in ids if frozenset([n]) in latest}
-            alone = [_start_from(bench, ids, single)] if len(ids) > 1 and single else []
-            starts = [_start_from(bench, ids, {}), *alone]
+            alone = [start_from(bench, ids, single)] if len(ids) > 1 and single else []
+            starts = [start_from(bench, ids, {}), *alone]
         begun += [(key, start) for start in starts]
     best: dict[Ids, Fit] = {}
     for (key, _), fit in zip(begun, search.bench.fit([start for _, start in begun]), strict=True):
@@ -357,13 +357,13 @@ def _nest(search: Search) -> Search:
         for key in (k for k in fits if len(k) == size):
             part = min((f for k, f in fits.items() if k < key), key=lambda f: f.chi2, default=fits[key])
             if not fits[key].chi2 <= part.chi2 + RISE:
-                begun[key] = _start_from(search.bench, fits[key].ids, dict.fromkeys(part.ids, part))
+                begun[key] = start_from(search.bench, fits[key].ids, dict.fromkeys(part.ids, part))
         refits = prefer_plausible(search.bench, search.bench.fit([*begun.values()])) if begun else []
         fits |= {key: fit for key, fit in zip(begun, refits, strict=True) if not fits[key].chi2 <= fit.chi2}
     return replace(search, fits=fits)
 
 
-def _start_from(bench: Workbench, ids: Names, fits: Mapping[str, Fit]) -> Fit:
+def start_from(bench: Workbench, ids: Names, fits: Mapping[str, Fit]) -> Fit:
     """A fit of ``ids`` to begin at null, with the numbers of some effects as other fits have them."""
     vector = bench.forward.null()
     for name, fit in fits.items():

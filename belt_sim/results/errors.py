@@ -123,18 +123,6 @@ class Errors:
         return {name: row for name, row in rows.items() if row is not None}
 
 
-@dataclass(frozen=True, kw_only=True)
-class Features:
-    """What a record shows: late_rate [m/m or rad/m], first_move: travel to the first 0.1 mm (0.1 mrad) [m], overshoot
-    beyond the late line [m or rad]."""
-
-    late_rate: Annotated[float | None, file_field("late_rate", MM)] = None
-    first_move: float | None = None
-    overshoot: Annotated[float | None, file_field("overshoot", MM)] = None
-
-
-#: names of the three in a row of per_run, by the unit of the signal
-FEATURES = {u: (f"late_rate_{u}_per_m", f"travel_to_first_0.1{u}_m", f"overshoot_{u}") for u in UNIT_OF_KIND.values()}
 StoredKind = Annotated[
     Kind,
     Field(alias="unit"),
@@ -146,8 +134,8 @@ StoredKind = Annotated[
 @dataclass(frozen=True, kw_only=True)
 class RunError:
     """rms error of one run and signal before and after, and what the uncertainties alone would make it (floor) [m], of
-    a tilt [rad]; worse: after is worse than before, and beyond the floor; measured, modelled: features of the record
-    and of the final model's."""
+    a tilt [rad]; worse: after is worse than before, and beyond the floor; measured_rate, modelled_rate: late rates of
+    the record and of the final model's [m/m or rad/m]."""
 
     run: str
     signal: str
@@ -159,8 +147,8 @@ class RunError:
     after: Annotated[float, file_field("after", MM)]
     floor: Annotated[float, file_field("floor", MM)]
     worse: bool
-    measured: Features
-    modelled: Features
+    measured_rate: Annotated[float | None, file_field("measured", MM)]
+    modelled_rate: Annotated[float | None, file_field("modelled", MM)]
 
     @property
     def unit(self) -> str:
@@ -169,20 +157,14 @@ class RunError:
 
     @model_serializer(mode="wrap")
     def _to_file(self, handler: Any) -> dict[str, Any]:
-        """Return a row of per_run; the unit stands in the names of the features, too."""
+        """Return a row of per_run; the unit stands in the name of the late rate, too."""
         row: dict[str, Any] = handler(self)
-        for name in ("measured", "modelled"):
-            row[name] = dict(zip(FEATURES[self.unit], row[name].values(), strict=True))
-        return row
+        return row | {name: {f"late_rate_{self.unit}_per_m": row[name]} for name in ("measured", "modelled")}
 
     @model_validator(mode="before")
     @classmethod
     def _from_file(cls, row: Any) -> Any:
-        features = {}
-        for name in ("measured", "modelled"):
-            values = [row[name][key] for key in FEATURES[row["unit"]]]
-            features[name] = dict(zip(("late_rate", "first_move", "overshoot"), values, strict=True))
-        return row | features
+        return row | {name: row[name][f"late_rate_{row['unit']}_per_m"] for name in ("measured", "modelled")}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -321,8 +303,8 @@ class Comparison(Display):
                 row |= {"unit": r.unit} if len(units) > 1 else {}
                 row["rms"] = words.column(r.before)
                 row |= {"after": words.column(r.after)} if self.effects else {}
-                row |= {"floor": words.column(r.floor), "late rate": words.column(r.modelled.late_rate, sign=True)}
-                errors.append(row | {data: words.column(r.measured.late_rate, sign=True)})
+                row |= {"floor": words.column(r.floor), "late rate": words.column(r.modelled_rate, sign=True)}
+                errors.append(row | {data: words.column(r.measured_rate, sign=True)})
             unit = units.pop() if len(units) == 1 else ""
             title = f"Errors [{unit}] and late rates [{unit}/m]" if unit else "Errors, and late rates per m"
             marked = [k for k, r in enumerate(self.per_run) if r.worse]

@@ -53,7 +53,7 @@ def test_lengths_are_in_mm_and_parameters_in_si():
     row, run = content["per_run"][0], d.per_run[0]
     assert (row["unit"], row["tension_n_per_mm2"]) == ("mm", 7.0)
     assert (row["before"], row["floor"]) == pytest.approx((1e3 * run.before, 1e3 * run.floor))
-    assert row["modelled"]["late_rate_mm_per_m"] == pytest.approx(1e3 * run.modelled.late_rate)
+    assert row["modelled"]["late_rate_mm_per_m"] == pytest.approx(1e3 * run.modelled_rate)
 
 
 def test_a_tilt_is_in_mrad():

@@ -25,7 +25,7 @@ from belt_sim.results.diagnosis import (
     Unknown,
     Verdict,
 )
-from belt_sim.results.errors import Change, Drawings, Errors, Features, OwnChange, RunError, Where, Worst
+from belt_sim.results.errors import Change, Drawings, Errors, OwnChange, RunError, Where, Worst
 from belt_sim.results.files import diagnosis_of, file_json
 
 STORED = Path(__file__).parent / "stored"  # a diagnosis with a discovery, as it was once written
@@ -78,9 +78,6 @@ ERRORS = st.builds(
     untestable=st.lists(NAMES, max_size=2).map(tuple),
     own=st.none() | st.builds(OwnChange, before=POSITIVE, after=POSITIVE, floor=POSITIVE),
 )
-FEATURES = st.builds(
-    Features, late_rate=st.none() | NUMBERS, first_move=st.none() | POSITIVE, overshoot=st.none() | POSITIVE
-)
 RUNS = st.builds(
     RunError,
     run=NAMES,
@@ -93,8 +90,8 @@ RUNS = st.builds(
     after=POSITIVE,
     floor=POSITIVE,
     worse=st.booleans(),
-    measured=FEATURES,
-    modelled=FEATURES,
+    measured_rate=st.none() | NUMBERS,
+    modelled_rate=st.none() | NUMBERS,
 )
 UNKNOWNS = st.builds(
     Unknown,
