@@ -10,7 +10,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, Suspicion
 from belt_sim.campaign.quality import check_starts, counted_from_yaw, records_of
-from belt_sim.curves import LATE_SHARE
+from belt_sim.curves import Curves, late_rates
 from belt_sim.diagnosis.fit import Fit, bounded_step, step_bounds
 from belt_sim.diagnosis.noise import FREE_ZERO, metric_of, zero_sigmas
 from belt_sim.diagnosis.plausibility import prior_sigma
@@ -272,11 +272,8 @@ WORSE_THAN_FLOOR = 1.5  # a run counts as worse only beyond this many times its 
 
 def late_rate(travel: np.ndarray, y: np.ndarray) -> float | None:
     """Late rate of one record [m/m or rad/m] against travel [m], both (n,); None with too few readings."""
-    travel, y = travel[np.isfinite(y)], y[np.isfinite(y)]
-    if len(y) < LEAST_READINGS:
-        return None
-    late = travel >= travel[-1] - LATE_SHARE * (travel[-1] - travel[0])
-    return float(np.polyfit(travel[late], y[late], 1)[0])
+    read = np.isfinite(y)
+    return float(late_rates(Curves(travel=travel[read], y=y[None, read]))[0]) if read.sum() >= LEAST_READINGS else None
 
 
 def run_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> tuple[RunError, ...]:
