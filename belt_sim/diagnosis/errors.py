@@ -280,9 +280,10 @@ def run_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> tuple
     """Every run and signal that was measured; before and after (R, S, n) are predictions."""
     floor = validation_uncertainty(bench)
     rows = []
-    for r, run in enumerate(bench.samples.runs):
+    for r, (run, travel) in enumerate(zip(bench.samples.runs, bench.samples.travel, strict=True)):
+        own = np.append(True, np.diff(travel) > 0.0)  # shorter records are padded
         for s, signal in enumerate(bench.samples.signals):
-            y, travel = bench.samples.y[r, s], bench.samples.travel[r]
+            y = bench.samples.y[r, s]
             if not np.isfinite(y).any():
                 continue
             first, then = (_rms(y - values[r, s]) for values in (before, after))
@@ -299,8 +300,8 @@ def run_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> tuple
                     after=then,
                     floor=least,
                     worse=bool(then > first and then > WORSE_THAN_FLOOR * least),
-                    measured_rate=late_rate(travel, y),
-                    modelled_rate=late_rate(travel, after[r, s]),
+                    measured_rate=late_rate(travel[own], y[own]),
+                    modelled_rate=late_rate(travel[own], after[r, s, own]),
                 )
             )
     return tuple(rows)
@@ -462,7 +463,7 @@ def residual_campaign(bench: Workbench, values: np.ndarray) -> Campaign:
     """The campaign with what ``values`` (R, S, n) leave of its readings in their place."""
     samples, runs = bench.samples, []
     for run, travel, rest in zip(samples.runs, samples.travel, samples.y - values, strict=True):
-        own = np.concatenate([[True], np.diff(travel) > 0])  # shorter records are padded
+        own = np.append(True, np.diff(travel) > 0.0)  # shorter records are padded
         signals = {s.name: y[own] for s, y in zip(samples.signals, rest, strict=True) if s.name in run.signals}
         runs.append(replace(run, travel=travel[own], time=None, signals=signals))
     return replace(bench.campaign, runs=tuple(runs))

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from linear_bench import WHITE
+from linear_bench import REPEATS, WHITE, linear_bench
 
 from belt_sim.campaign import SignalSheet
-from belt_sim.diagnosis.errors import ErrorMap, locate_failure
+from belt_sim.diagnosis.errors import ErrorMap, locate_failure, run_errors
 
 OF_THREE = NormalDist().inv_cdf(1.0 - 0.025 / 3)  # sigmas that none of three normal errors exceeds, with 95 %
 
@@ -36,6 +36,16 @@ def test_many_cells_need_more_than_one(count, k):
     for ratio, said in ((k - 0.01, "Nowhere beyond the uncertainty"), (k + 0.01, "Worst in y1")):
         where = locate_failure(errors_at((7, ratio), *[(7, 0.1)] * (count - 1)), "Model strip")
         assert where.sentence.startswith(said)
+
+
+def test_a_model_has_the_late_rate_of_a_record_where_that_was_read():
+    """A shorter record is filled up with its last travel, where nothing was read."""
+    bench = linear_bench(REPEATS)
+    travel, y = bench.samples.travel.copy(), bench.samples.travel[:, None] ** 2
+    travel[0, 20:], y[0, :, 20:] = travel[0, 19], np.nan
+    shorter = replace(bench, samples=replace(bench.samples, travel=travel, y=y))
+    for run in run_errors(shorter, y, travel[:, None] ** 2):
+        assert run.modelled_rate == run.measured_rate
 
 
 def test_a_model_that_fails_where_the_belt_is_slack():
