@@ -1,8 +1,9 @@
 """Every test sees the modules that stand beside this file (paper_cases), and JAX as the command line sets it up.
 
 Tests use jax.numpy directly, so that float64 is set for the whole process as well; that the package does not need it
-is shown in tests/guards/test_imports.py. Programs are compiled with little effort here, as most run once: XLA reads its
-flags once a process, so that they are set for its first use alone. Processes that a test starts compile as usual.
+is shown in tests/guards/test_imports.py. Programs are compiled with little effort here,
+without notes for an optimiser, as most run once: XLA reads its flags once a process, so that they are set for its first
+use alone. Processes that a test starts compile as usual.
 """
 
 import os
@@ -18,6 +19,8 @@ from belt_sim.jax_setup import LEAST_EFFORT, STEP_EFFORT, prepare
 LITTLE_EFFORT = "--xla_backend_optimization_level=0"
 if jax.__version_info__ < (0, 11):  # later ones have no fusion emitters to switch off
     LITTLE_EFFORT += " --xla_cpu_use_fusion_emitters=false"
+    FOR_AN_OPTIMISER = "alias_scope", "noalias", "invariant_load"
+    LITTLE_EFFORT += "".join(f" --xla_llvm_enable_{notes}_metadata=false" for notes in FOR_AN_OPTIMISER)
 
 prepare()
 usual = os.environ["XLA_FLAGS"]
