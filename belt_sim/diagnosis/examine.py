@@ -32,7 +32,17 @@ from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, find_starts, linearise_effects
 from belt_sim.diagnosis.noise import Disagreement, metric_of, words_of
 from belt_sim.diagnosis.samples import first_place_inside_span, samples_of, shapes_a_span
-from belt_sim.diagnosis.search import NO_EFFECTS, Search, add_fits, extend, row_of, run_search, start_from, tabulate
+from belt_sim.diagnosis.search import (
+    NO_EFFECTS,
+    Names,
+    Search,
+    add_fits,
+    extend,
+    row_of,
+    run_search,
+    start_from,
+    tabulate,
+)
 from belt_sim.diagnosis.workbench import Workbench, expand_at_likely_settings, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import BeltError
@@ -145,7 +155,9 @@ def examine(
         fits = {NO_EFFECTS: nothing}
         search = run_search(Search(bench=bench, linearisation=linearisation, inflation=inflation, fits=fits))
         tell("searching beyond the catalogue")
-        search, table = _gather(search, bench, nothing, laws)
+        del linearisation  # with the search before, which held it as well, it goes before anything is sought beyond
+        search, table, beside = _add_singles(search)
+        table = _gather(search, table, beside, bench, nothing, laws)
         decision = decide(table, POLICY)
         apart = repeats or bench.finder.disagreements  # what differs between repeats is no law of the belt
         if laws is not None and not apart and decision.suspects_something_unknown(table, POLICY):
@@ -216,19 +228,28 @@ def find_single_supports(
     return found
 
 
-def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | None) -> tuple[Search, EvidenceTable]:
-    """The search and its table, with every candidate by itself, and a row for every set beside which something unknown
-    is looked for: nothing, and the likeliest, whole or less one.
-
-    bench, nothing: the workbench on which the search began, and the fit of no effect there; laws: None where nobody
-    looks beyond the library.
-    """
+def _add_singles(search: Search) -> tuple[Search, EvidenceTable, list[Names]]:
+    """The search with every candidate by itself, and without its linearisation, of what it was for all is done; its
+    table; and the sets beside which something unknown is looked for: nothing, and the likeliest, whole or less one."""
     table = tabulate(search)
     likeliest = explanations(table, POLICY)[0].effects  # another than in the search, where held-out data speak
     beside = [(), likeliest, *(tuple(i for i in likeliest if i != name) for name in likeliest)]
     if {frozenset(ids) for ids in beside} - {row.ids for row in table.rows}:
         search = add_fits(search, beside)
         table = tabulate(search)
+    search = extend(search, ())
+    return replace(search, linearisation=Linearisation(search.fits[NO_EFFECTS], {})), table, beside
+
+
+def _gather(
+    search: Search, table: EvidenceTable, beside: list[Names], bench: Workbench, nothing: Fit, laws: LawFinder | None
+) -> EvidenceTable:
+    """The table with what is seen beyond the sets ``beside``, and the other base models that describe the readings.
+
+    bench, nothing: the workbench on which the search began, and the fit of no effect there; laws: None where nobody
+    looks beyond the library.
+    """
+    likeliest = beside[1]
 
     # other base models with nothing fitted, beside what comes next; those that explain most of what this one does not,
     # but for one that is the base model with just the likeliest effects, which says the same
@@ -242,7 +263,6 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
         return expand_at_likely_settings(alone.laid_out_by(forward, null), null).values(null[None])[0]
 
     predictions = begin_in_thread(lambda: [*map(predict, others)])
-    search = replace(extend(search, ()), linearisation=Linearisation(nothing, {}))  # of what it was for all is done
     additive = frozenset(c.id for c in bench.forward.classes if c.is_additive())
     table = replace(table, additive=additive)
     if laws is not None:
@@ -267,7 +287,7 @@ def _gather(search: Search, bench: Workbench, nothing: Fit, laws: LawFinder | No
             lateral = [k for k, s in enumerate(bench.samples.signals) if s.kind == "lateral"]
             rms = float(np.sqrt(np.nanmean((bench.samples.y - values)[:, lateral] ** 2)))
             found.append(OtherModel(name=f"model={model.name}", chi2=chi2, rms=rms, tried=len(others)))
-    return search, replace(table, other_models=tuple(found))
+    return replace(table, other_models=tuple(found))
 
 
 def keeps_tension(bench: Workbench, fit: Fit) -> bool:

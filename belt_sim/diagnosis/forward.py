@@ -548,13 +548,13 @@ class Forward:
         key = cls, *acting, nuisances.tobytes()
         shapes = self._columns.get(key)
         if shapes is None:  # other threads may ask as well, and forget what is kept
-            shapes = np.zeros((len(cls.parameters), *samples.y.shape))
-            by_bins = bin_attenuation([Slot(cls, name) for name in cls.parameters], samples).T[:, :, None]
+            own = [self.slots[k] for k in self.index(cls.id)]  # the first of its parameters: as many as show
+            shapes, by_bins = np.zeros((len(own), *samples.y.shape)), bin_attenuation(own, samples).T[:, :, None]
             stated = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
             given = samples.cases.settings, stated, samples.cases.rig, samples.cases.belt, acting, nuisances
             kinds: Any = cls, tuple(map(type, acting))  # mypy denies a class its hash
             program = _compile_columns(self.model, *kinds, others)
-            shown = np.asarray(program(*given)).swapaxes(0, 1)
+            shown = np.asarray(program(*given)).swapaxes(0, 1)[: len(own)]
             places = [*PLACES, *others]
             for s, signal in enumerate(samples.signals):
                 if signal.kind == "lateral":
@@ -563,7 +563,7 @@ class Forward:
             if len(self._columns) >= COLUMN_SETS:
                 self._columns.clear()
             self._columns[key] = shapes
-        return shapes[: len(self.index(cls.id))]
+        return shapes
 
     def expand(self, vector: np.ndarray, positions: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
         """Predictions (R, S, n) at a parameter vector (size,), and derivatives (k, R, S, n) along some positions."""

@@ -40,6 +40,7 @@ class LawSearch:
         data = search_data_of(bench, fit, among, self.spectra)
         found, latent_inputs = unknown_evidence(data)
         data.forget_inputs()
+        data.design.cache_clear()  # a law is seldom asked for
         if all(c.is_additive() for c in bench.forward.classes if c.id in fit.ids):
             self.begun[frozenset(fit.ids)] = data, latent_inputs
         return found
@@ -75,7 +76,8 @@ def unknown_evidence(data: SearchData) -> tuple[UnknownEvidence, list[LatentInpu
     for some in by_kind:
         ranked.append(single_term_laws(some))
         latent_inputs += some.latent_inputs
-    ones = RankedLaws.of_all(ranked)
+    together = (np.concatenate([getattr(r, name) for r in ranked]) for name in ("gain", "score"))
+    ones = RankedLaws([table for r in ranked for table in r.tables], *together)
     latent_gains = [c.gain for c in latent_inputs if not (c.place.kind == "sensor" and c.pool == "each run")]
     evidence = UnknownEvidence(
         ids=frozenset(data.fit.ids),

@@ -12,8 +12,8 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from belt_sim.discovery.responses import HIDDEN, States, single_precision
-from belt_sim.discovery.search_data import SearchData, course_travel, has_many_readings, variable
+from belt_sim.discovery.responses import HIDDEN, single_precision
+from belt_sim.discovery.search_data import SearchData, form_inputs, has_many_readings
 from belt_sim.effects.law import SPAN_NAMES, WRAPPED, Form, Law, Place, Term
 
 # Inner products of the columns of all forms at a place with whitened vectors, run by run.
@@ -94,10 +94,10 @@ def form_products(
                 lengths = partial(_plain_lengths, data, place, block, inputs)
                 squares, cross = data.compute_once(("lengths", place.name, block), lengths, within)
                 products.append(Products(inputs @ onto, squares, cross, block.waves))
+            if has_many_readings(data.bench):
+                data.forget_inputs()
         forms = [f for block in blocks for f in block.forms]
         yield from zip(alike, [forms] * len(alike), found, strict=True)
-        if has_many_readings(data.bench):
-            data.forget_inputs()
 
 
 def _blocks(data: SearchData, place: Place, at_once: int) -> list[Block]:
@@ -107,22 +107,6 @@ def _blocks(data: SearchData, place: Place, at_once: int) -> list[Block]:
     lists = [*([f for f in some if not (f.reads_belt or f.is_carried)] for some in (usual, rare)), reading]
     parts = ((some[k : k + at_once], some is reading) for some in lists for k in range(0, len(some), at_once))
     return [data.compute_once(("block", tuple(part)), partial(Block, part, reads)) for part, reads in parts]
-
-
-def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal: str | None) -> np.ndarray:
-    """Forms along every run, (R, F, J); part: the pulley, signal: the sensor."""
-    found = np.empty((len(states.tension), len(forms), len(states.s)))
-    shaped: dict[tuple, np.ndarray] = {}
-    courses: dict[tuple, np.ndarray] = {}
-    with np.errstate(over="ignore"):  # of what has faded away
-        for k, f in enumerate(forms):
-            what, when = (f.variable, f.shape, f.knee), (f.variable, f.course, f.at, f.wide, f.timed)
-            if what not in shaped:
-                shaped[what] = f.shape_value(variable(states, f.variable, part, signal), states.s, np)
-            if when not in courses:
-                courses[when] = f.course_value(course_travel(states, f, part), np)
-            np.multiply(shaped[what], courses[when], out=found[:, k])
-    return found
 
 
 def _plain_lengths(data: SearchData, place: Place, block: Block, inputs: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -222,12 +206,6 @@ class RankedLaws:
     tables: list[tuple[Place, list[Form], float]]
     gain: np.ndarray
     score: np.ndarray
-
-    @classmethod
-    def of_all(cls, some: Sequence["RankedLaws"]) -> "RankedLaws":
-        """Those of several kinds of places together."""
-        arrays = (np.concatenate([getattr(r, name) for r in some]) for name in ("gain", "score"))
-        return cls([table for r in some for table in r.tables], *arrays)
 
     def __iter__(self) -> Iterator[ScoredLaw]:
         starts = np.cumsum([0, *(len(forms) for _, forms, _ in self.tables)])

@@ -72,11 +72,20 @@ def simpler_form(form: Form, end: float, cell: float) -> Form:
     return replace(form, course="wave", wide=None) if form.course == "decaying_wave" and wide > end else form
 
 
-def form_values(form: Form, states: States, part: int | None, signal: str | None) -> np.ndarray:
-    """A form along every run, (R, J); part: the pulley, signal: the sensor."""
-    x, s = variable(states, form.variable, part, signal), course_travel(states, form, part)
+def form_inputs(states: States, forms: Sequence[Form], part: int | None, signal: str | None) -> np.ndarray:
+    """Forms along every run, (R, F, J); part: the pulley, signal: the sensor."""
+    found = np.empty((len(states.tension), len(forms), len(states.s)))
+    shaped: dict[tuple, np.ndarray] = {}
+    courses: dict[tuple, np.ndarray] = {}
     with np.errstate(over="ignore"):  # of what has faded away
-        return form.shape_value(x, s, np) * form.course_value(s, np)
+        for k, f in enumerate(forms):
+            what, when = (f.variable, f.shape, f.knee), (f.variable, f.course, f.at, f.wide, f.timed)
+            if what not in shaped:
+                shaped[what] = f.shape_value(variable(states, f.variable, part, signal), states.s, np)
+            if when not in courses:
+                courses[when] = f.course_value(course_travel(states, f, part), np)
+            np.multiply(shaped[what], courses[when], out=found[:, k])
+    return found
 
 
 def course_travel(states: States, form: Form, part: int | None) -> np.ndarray:
@@ -298,16 +307,16 @@ def _posterior(projector: ResidualProjector, spectrum: Spectrum, pull, shared, s
 
 @dataclass(frozen=True)
 class SearchData:
-    """bench, fit: where the search begins; design: name -> ``design_matrix``; tension: the reference tension [Pa];
-    wide: whether forms and places are tried that are too many for a test of whether anything is missing; kept: what was
-    computed already; spectra: of each place, kept for those who ask next: an input adds the same to the readings
-    whatever else does, unless that changes the belt's spans; for the rest see their modules."""
+    """bench, fit: where the search begins; design: name -> ``design_matrix``, by an ``lru_cache``; tension: the
+    reference tension [Pa]; wide: whether forms and places are tried that are too many for a test of whether anything is
+    missing; kept: what was computed already; spectra: of each place, kept for those who ask next: an input adds the
+    same to the readings whatever else does, unless that changes the belt's spans; for the rest see their modules."""
 
     bench: Workbench
     fit: Fit
     projector: ResidualProjector
     responses: ImpulseResponses
-    design: Callable[[str], np.ndarray]
+    design: Any
     states: States
     places: tuple[Place, ...]
     tension: float
@@ -379,7 +388,7 @@ class SearchData:
             if place.is_stretch:
                 inputs = states.stretch_input(place, channel, int(part or 0), forms).swapaxes(0, 1)
             else:
-                one = np.stack([form_values(f, states, part, channel) for f in forms])
+                one = form_inputs(states, forms, part, channel).swapaxes(0, 1)
                 inputs = one * self.states.channel_gain(place, channel, part)
             found.append(self.columns_at(channel, inputs))
         return found[0] if len(found) == 1 else np.sum(found, axis=0)
@@ -475,7 +484,7 @@ def campaign_places(samples: Samples) -> tuple[Place, ...]:
     return (*found, Place("travel", sensors=sensors)) if sensors else tuple(found)
 
 
-FEW_CHANNELS = 4  # whose responses are kept where there are many readings: those of one kind of place
+FEW_CHANNELS = 6  # whose responses are kept where there are many readings: those of a kind of place, or of a few laws
 
 
 def has_many_readings(bench: Workbench) -> bool:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -57,7 +57,7 @@ class LawChoice:
 def choose_law(data: SearchData, latent: LatentInput, pairs: bool = True) -> LawChoice:
     """The law that explains most for its numbers; latent: the likeliest input, which says what the states were; pairs:
     whether laws of two terms are tried."""
-    data = replace(data, wide=True, design=lru_cache(None)(data.design))  # laws of all places, one after the other
+    data = replace(data, wide=True)
     read = replace(data, states=states_with(data, latent))
     tried = [(s, distinct_families(single_term_laws(s), SINGLES)) for s in (data, read)]
     # to first order a large steady change of tension or stiffness looks like something else: each is fitted

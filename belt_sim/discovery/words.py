@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.diagnosis.drawings import label
 from belt_sim.diagnosis.errors import errors_of
 from belt_sim.discovery.linear_search import first_of_each
-from belt_sim.discovery.search_data import SearchData, course_travel, form_values, variable
+from belt_sim.discovery.search_data import SearchData, course_travel, form_inputs, variable
 from belt_sim.discovery.selection import RUNS_OF_A_LAW, Estimates, LawChoice, MarchFit, SearchOutcome
 from belt_sim.effects.law import ONE_SIDED, STIFFNESS, VARIABLES, Form, Law, number_name
 from belt_sim.effects.load import save_effects
@@ -187,8 +187,8 @@ def _by_how_much(data: SearchData, law: Law, numbers: Estimates) -> str:
     parts: list[Any] = [0.0, 0.0]
     for part in (0, 1):
         for k, t in enumerate(fitted.terms):
-            values = {n: form_values(f, data.states, part, None) for n, f in t.form.halves.items()}
-            own = sum(numbers[number_name(n, k)][0] * x for n, x in values.items())
+            values = form_inputs(data.states, [*t.form.halves.values()], part, None).swapaxes(0, 1)
+            own = sum(numbers[number_name(n, k)][0] * x for n, x in zip(t.form.halves, values, strict=True))
             parts[part] = parts[part] + own * data.weight(t.exponent)[:, None]
     change = np.maximum(np.where(np.abs(parts[0]) >= np.abs(parts[1]), *parts), -1.0)  # (R, J), where it is the larger
     steady = all(t.form.course == "constant" and t.form.variable in ("none", "sigma") for t in law.terms)

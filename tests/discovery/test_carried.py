@@ -9,7 +9,7 @@ from small_discovery import at_few_places, both_ways, marched
 
 from belt_sim.discovery.closed_loop import solve_loop
 from belt_sim.discovery.linear_search import ScoredLaw
-from belt_sim.discovery.search_data import SearchData, campaign_places, form_values
+from belt_sim.discovery.search_data import SearchData, campaign_places, form_inputs
 from belt_sim.discovery.selection import _laws_at_other_places, choose_law
 from belt_sim.discovery.words import _law_curve, formula, sentence
 from belt_sim.effects.law import Form, Law, Term
@@ -135,4 +135,4 @@ def test_a_law_of_the_belt_alone_is_drawn_where_it_was_met():
     for run in range(len(states.belt_part)):
         line = states.belt_length * (states.belt_part[run, 0] % 1.0)  # of the forward run's first turn
         drawn = _law_curve(BENT, numbers, states.belt_length, line, by_travel=True)
-        assert np.allclose(drawn, form_values(BENT, states, 0, None)[run], atol=1e-6)
+        assert np.allclose(drawn, form_inputs(states, [BENT], 0, None)[run, 0], atol=1e-6)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from small_discovery import surveyed
 
-from belt_sim.discovery.search_data import form_values, rare_forms, simpler_form, usual_forms
+from belt_sim.discovery.search_data import form_inputs, rare_forms, simpler_form, usual_forms
 from belt_sim.effects.law import Form
 
 YAW = 1e-3  # rad
@@ -29,7 +29,7 @@ def test_what_is_zero_throughout_has_no_knee():
     states = surveyed("yaw_creep").states
     flat = replace(states, kappa=0.0 * states.kappa)
     with np.errstate(all="raise"):
-        assert all(np.isfinite(form_values(f, flat, 0, None)).all() for f in usual_forms(flat, "turn"))
+        assert np.isfinite(form_inputs(flat, usual_forms(flat, "turn"), 0, None)).all()
 
 
 def test_what_a_yaw_leaves_behind_may_be_as_much_whatever_its_size():
@@ -39,9 +39,9 @@ def test_what_a_yaw_leaves_behind_may_be_as_much_whatever_its_size():
     def left(sizes):
         moved = replace(states, beta=states.yaw_set * sign * sizes[:, None])
         forms = [f for f in rare_forms(moved, "turn", ()) if f.variable == "beta" and f.shape == "saturation"]
-        return [form_values(f, moved, 0, None) for f in forms if f.course == "decay"]
+        return form_inputs(moved, [f for f in forms if f.course == "decay"], 0, None).swapaxes(0, 1)
 
-    assert not left(np.full(len(sign), YAW))
+    assert not len(left(np.full(len(sign), YAW)))
     (row, *_) = left(YAW * np.where(np.arange(len(sign)) % 3, 0.5, 1.0))
     largest = np.abs(row).max(axis=1)
     assert largest.min() > 0.9 * largest.max()

@@ -5,9 +5,9 @@ import pytest
 from small_discovery import fitted, surveyed
 
 from belt_sim.diagnosis.linearisation import draw_noise
-from belt_sim.discovery.linear_search import Targets, form_inputs, form_products
+from belt_sim.discovery.linear_search import Targets, form_products
 from belt_sim.discovery.responses import single_precision
-from belt_sim.discovery.search_data import INPUT_LENGTHS
+from belt_sim.discovery.search_data import INPUT_LENGTHS, form_inputs
 
 ROUNDED = 1e-5
 FEWER = 0.02  # of the largest; straight lines between every fourth knot
