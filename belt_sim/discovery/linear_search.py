@@ -160,11 +160,7 @@ def _rows(data: SearchData, place: Place, block: Block) -> np.ndarray:
             else:
                 key, within, plain = ("single", block), None, partial(form_inputs, states, block.everything, None, None)
                 read = partial(data.compute_once, ("inputs", block), plain)
-
-            def single(read=read) -> np.ndarray:
-                return single_precision(read())
-
-            inputs = data.compute_once(key, single, within)
+            inputs = data.compute_once(key, lambda: single_precision(read()), within)  # noqa: B023 - called at once
             gain = states.channel_gain(of_all_spans, channel, part)
             rows = inputs @ (op if isinstance(gain, float) else op * single_precision(gain)[..., None])
         kept[channel] = rows

@@ -150,10 +150,7 @@ def with_change(span, case: Case, kind: str, share):
 def response_by_change(span: Span, case: Case, kinds: Sequence[str]) -> dict[str, jax.Array]:
     """What a relative change of each of ``kinds`` adds to the curvature at run-up and run-off and to the roll at
     mid-span, per unit of the boundary values of a span, (7, 3, 5): coefficients of powers 1 to 7 of ``log_of_change``,
-    with the slope at no change and through what the changes CHANGES do.
-
-    The kinds are rows of one computation, in which the others do not change: a third of a program of each by itself.
-    """
+    with the slope at no change and through what the changes CHANGES do. The kinds are rows of one computation."""
 
     def rows(own, logarithm):
         changed, share = span, jnp.expm1(logarithm)
