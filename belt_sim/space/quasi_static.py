@@ -255,7 +255,7 @@ def run_travel_cases(
     ready: Sequence[TravelCase], chunk: int | None, observers: Sequence[object] = ()
 ) -> Iterator[list[Curves | SimulationError]]:
     """Curves of cases of one kind, chunk by chunk, which nobody can observe; see BatchEngine."""
-    rows = SEGMENT * math.ceil(max(len(r.recorded) for r in ready) / SEGMENT)
+    rows = SEGMENT_ROWS * math.ceil(max(len(r.recorded) for r in ready) / SEGMENT_ROWS)
     size = min(chunk or run.cases_per_chunk(ready[0].stations, ready[0].belt.shape.lines), len(ready))
     for begin in range(0, len(ready), size):
         some = ready[begin : begin + size]
@@ -268,8 +268,8 @@ def run_travel_cases(
             trees.append((r.belt, r.state, jax.tree.unflatten(structure, padded)))
         belts, states, commands = jax.tree.map(lambda *v: np.stack(v), *trees)
         structure, segments, found = jax.tree.structure(states), [], list[Curves | SimulationError]()
-        for at in range(0, rows, SEGMENT):
-            now = jax.tree.map(lambda c, at=at: c[:, at : at + SEGMENT], commands)
+        for at in range(0, rows, SEGMENT_ROWS):
+            now = jax.tree.map(lambda c, at=at: c[:, at : at + SEGMENT_ROWS], commands)
             leaves, table = run_batch(belts, states, now)
             states = jax.tree.unflatten(structure, leaves)
             segments.append(table)
@@ -318,7 +318,7 @@ def run_case(belt: BeltArrays, state: TravelState, commands: run.Command) -> tup
     return jax.lax.scan(row, state, commands)
 
 
-SEGMENT = 16  # rows of one compiled call, which serves runs of any travel
+SEGMENT_ROWS = 16  # rows of one compiled call, which serves runs of any travel
 
 
 def _run_cases(belts: BeltArrays, states: TravelState, commands: run.Command) -> tuple[list[Array], Array]:
