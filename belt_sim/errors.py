@@ -5,6 +5,7 @@ import math
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 
@@ -70,9 +71,11 @@ def finite(
     remedy: str = "give a finite number (a power of ten as 2.1e11)",
     fits: Callable[[float], bool] = lambda value: True,
 ) -> float:
-    """``value`` as a float if it is a finite number that ``fits``; raises InputError with ``remedy`` otherwise."""
+    """``value`` as a float if it is a finite number (of NumPy or JAX, too) that ``fits``; raises InputError with
+    ``remedy`` otherwise."""
     _refuse_quoted(name, value, unit)
-    is_number = isinstance(value, int | float) and not isinstance(value, bool)
+    value = value.item() if getattr(value, "ndim", None) == 0 else value
+    is_number = isinstance(value, Real) and not isinstance(value, bool)
     remedy = "give one number; only a sweep takes a list" if isinstance(value, list | tuple) else remedy
     if not is_number or not math.isfinite(value) or not fits(value):
         raise InputError(name, value, unit, remedy)

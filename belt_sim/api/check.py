@@ -9,7 +9,7 @@ from belt_sim.campaign.folder import is_plan, read_begun, read_plan
 from belt_sim.diagnosis.drawings import label, machine_of
 from belt_sim.diagnosis.foresight import find_doubts, free_starts, pairs, visible
 from belt_sim.diagnosis.workbench import linear_response
-from belt_sim.errors import InputError, flag
+from belt_sim.errors import InputError, finite, flag
 from belt_sim.io import provenance
 from belt_sim.jax_setup import one_blas_thread
 from belt_sim.results.errors import Check, Doubt
@@ -36,10 +36,12 @@ def check(
     the further run that would tell a pair apart. Raises CampaignError with every fault of a folder.
     """
     flag("advise", advise)
+    for name, value in (("travel", travel), ("step", step)):
+        finite(name, value, "m", "give a length in metres", lambda x: x > 0)
     planned = not isinstance(campaign, Campaign) and is_plan(campaign)
     BOUNDS["travel"].check(travel, name="travel")
     least = travel / MOST_PLANNED
-    if not least <= step or step <= 0.0 or (planned and step >= travel / 10.0):
+    if not least <= step or (planned and step >= travel / 10.0):
         remedy = f"between readings of planned runs; {least:g} ({MOST_PLANNED} readings a run) to {travel / 10.0:g}"
         raise InputError("step", f"{step:g}", "m", remedy)
     for name, value, usual in (("travel", travel, PLANNED_TRAVEL), ("step", step, PLANNED_STEP)):

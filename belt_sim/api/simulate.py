@@ -166,8 +166,7 @@ def effects_of(asked: Any) -> tuple[Effect, ...]:
             raise InputError("effects", e.__name__, "", f"give it numbers: {example}")
         if isinstance(e, Effect):
             refuse_undeclared(type(e))
-            check_numbers(type(e), {name: getattr(e, name) for name in e.parameters})
-            found.append(e)
+            found.append(replace(e, **check_numbers(type(e), {name: getattr(e, name) for name in e.parameters})))
         elif hasattr(e, found_by) and e.law:
             found.append(law_effect(law_of_entry(e.law))())
         else:

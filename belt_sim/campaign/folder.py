@@ -425,10 +425,10 @@ def _texts_of(folder: Path, problems: list[Problem], *, measured: bool) -> dict[
 def is_plan(folder: str | Path) -> bool:
     """Return whether a folder has runs.csv but no measurements (no data file, or a signals.csv with a header only)."""
     folder = campaign_folder(folder)
-    if not (folder / "runs.csv").is_file() or (folder / "steady.csv").exists():
-        return False
     signals = folder / "signals.csv"
     try:
+        if not (folder / "runs.csv").is_file() or (folder / "steady.csv").exists():
+            return False
         return not signals.exists() or sum(bool(line.strip()) for line in signals.read_bytes().splitlines()) == 1
     except OSError:
         return False

@@ -160,7 +160,7 @@ def rig_command(run_dir: RunDir) -> None:
     own = "goes with engine=line and plan=null; a plan brings its own machine and belt"
     steps = "goes with engine=line, plan=null and a list of what is hidden"
     for name, value, wrong, remedy in (
-        (machine, "", machine and (in_space or plan is not None), own),
+        (*machine.partition("=")[::2], machine and (in_space or plan is not None), own),
         ("hidden", "null", hidden is None, "write [] for nothing hidden, a list of effects, or random"),
         ("engine", engine, engine not in ("line", "mujoco"), "use line or mujoco"),
         ("quantum", f"{quantum} mm", quantum and (in_space or drawn or plan is not None), steps),

@@ -148,9 +148,9 @@ def run_command(arguments: list[str]) -> int:
     except OSError as error:
         if error.filename == OUTPUT:
             raise
-        from belt_sim.commands.runs import explain
+        from belt_sim.commands.runs import at_work, explain
 
-        return _complain(explain(error, "belt-sim"))
+        return _complain(explain(error, at_work.get("folder", "belt-sim")))
     except KeyboardInterrupt:
         return _complain("stopped; what was finished is kept", status=INTERRUPTED)
 

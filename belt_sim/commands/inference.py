@@ -16,7 +16,7 @@ from belt_sim.api.simulate import effects_of, fitted_model, model_for_campaign, 
 from belt_sim.campaign import Campaign, case_of, read_campaign
 from belt_sim.commands.runs import RunDir
 from belt_sim.curves import Curves
-from belt_sim.errors import BeltError, finite, whole
+from belt_sim.errors import BeltError, whole
 from belt_sim.io import write_json, write_text
 from belt_sim.jax_setup import begin_in_thread, map_in_threads
 from belt_sim.results.diagnosis import Diagnosis
@@ -39,8 +39,6 @@ def check_command(run_dir: RunDir) -> None:
     from belt_sim.api.check import check
 
     config, folder = run_dir.config, run_dir.path
-    for key in ("travel", "step"):
-        finite(key, config[key], "m", "give a length in metres", lambda x: x > 0)
     asked = {k: config[k] for k in ("effects", "travel", "step", "advise")}
     found = check(run_dir.campaign, config["model"], **asked, config=config)
     write_json(folder / "check.json", file_json(found))

@@ -23,6 +23,7 @@ from functools import cache
 from importlib.util import find_spec
 from itertools import islice
 from math import inf
+from modulefinder import ModuleFinder
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import Any
@@ -60,7 +61,7 @@ NOTES = ".hydra"  # folder of what is said about a run
 CASES = ".cases"
 BUSY = "another run is at work there"
 CASE_LOST = "its process or job was lost (killed, out of memory or of time); run the same command again"
-#: of the run or sweep of this process: its lock, its configuration, and lines about what failed
+#: of the run or sweep of this process: its folder, its lock, its configuration, and lines about what failed
 at_work: dict[str, Any] = {}
 #: engines that leave a GPU alone
 ON_ONE_CORE = ("native", "line", "mujoco")
@@ -265,6 +266,7 @@ SYSTEM_REMEDIES = {
     **{errno.ENOSPC: FREE_THE_DISK, errno.EDQUOT: FREE_THE_DISK},
     errno.EFBIG: "raise the limit of file sizes (ulimit -f)",
     errno.EMFILE: "raise the limit of open files (ulimit -n)",
+    **dict.fromkeys((errno.EEXIST, errno.ENOTDIR, errno.ELOOP), "it is no folder; name another"),
 }
 
 
@@ -300,7 +302,7 @@ def prepare_jax(space: bool) -> None:
 
 def input_hashes(config: Any) -> dict[str, str]:
     """Path -> SHA-256 of every file that a configuration names (campaign folders, effects, scenes, mappings), of the
-    .py files that an effects.yaml names, and of the modules beside a .py file that it imports."""
+    .py files that an effects.yaml names, and of all modules that these import from their own or the current folder."""
     found: dict[str, str] = {}
     left: list[tuple[str, Any]] = [("", config)]  # keys, and what stands there
     while left:
@@ -315,20 +317,22 @@ def input_hashes(config: Any) -> dict[str, str]:
             with suppress(OSError, BeltError):
                 left += [("", path) for path in campaign_folder(value).glob("*")]
         elif isinstance(value, Path) or (isinstance(value, str) and key not in ("out", "draft") and "." in value[-10:]):
-            path, text = Path(value), ""
+            path = Path(value)
             if str(path) in found:
                 continue
-            with suppress(OSError, ValueError):  # no file; a run that cannot read it says so
+            with suppress(OSError, ValueError, SyntaxError):  # no file; a run that cannot read it says so
                 found[str(path)] = file_hash(path)
-                if path.suffix in (".yaml", ".yml", ".py"):
+                if path.suffix == ".py":
+                    finder = ModuleFinder([str(path.parent), os.getcwd()], excludes=["belt_sim"])
+                    finder.run_script(str(path))
+                    files = [getattr(module, "__file__", None) for module in finder.modules.values()]
+                    found |= {file: file_hash(Path(file)) for file in files if file}
+                elif path.suffix in (".yaml", ".yml"):
                     text = path.read_text(encoding="utf-8", errors="replace")
-            if path.suffix == ".py":
-                imported = ",".join(re.findall(r"^[ \t]*(?:from|import)[ \t]+([\w., \t]+)", text, re.MULTILINE))
-                names = [f"{part.split()[0].replace('.', '/')}.py" for part in imported.split(",") if part.strip()]
-            else:
-                names = [name.strip(" -\t") for name in re.findall(r"[^\n'\"\[\],:{}]+\.py\b", text)]
-            places = (next((p for p in (Path(name), path.parent / name) if p.is_file()), None) for name in names)
-            left += [("", place) for place in places if place is not None]
+                    names = [name.strip(" -\t") for name in re.findall(r"[^\n'\"\[\],:{}]+\.py\b", text)]
+                    both = ((Path(name), path.parent / name) for name in names)
+                    places = (next((p for p in two if p.is_file()), None) for two in both)
+                    left += [("", place) for place in places if place is not None]
     return found
 
 
@@ -344,7 +348,8 @@ class Sweep(Callback):
     def on_run_start(self, config: DictConfig, **kwargs: Any) -> None:
         """Keep the notes of the folder's last run, over which Hydra writes before a run is refused or fails."""
         with _end_process_where_refused(config), suppress(OSError, TypeError, OmegaConfBaseException):
-            notes = Path(config.hydra.run.dir) / config.hydra.output_subdir
+            at_work["folder"] = Path(config.hydra.run.dir)
+            notes = at_work["folder"] / config.hydra.output_subdir
             at_work["notes"] = {path: path.read_bytes() for path in notes.glob("*.yaml")}
 
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
@@ -352,6 +357,7 @@ class Sweep(Callback):
         cannot be: of no values, or a search without an objective that can be."""
         folder, params = Path(config.hydra.sweep.dir), OmegaConf.select(config, "hydra.sweeper.params") or {}
         typed = [*(f"{key}={value}" for key, value in params.items()), *config.hydra.overrides.task]
+        at_work["folder"] = folder
         with _end_process_where_refused(config):
             if self.stop_after is not None:
                 whole("hydra.callbacks.sweep.stop_after", self.stop_after, otherwise="null or ")
@@ -395,8 +401,9 @@ def _end_process_where_refused(config: DictConfig) -> Iterator[None]:
         if config.hydra.job.chdir:
             raise InputError("hydra.job.chdir", "true", "", "files are named from the current folder; leave it out")
         yield
-    except BeltError as error:
-        print(f"belt-sim: {error}", file=sys.stderr)
+    except (BeltError, OSError) as error:
+        said = explain(error, at_work["folder"]) if isinstance(error, OSError) else error
+        print(f"belt-sim: {said}", file=sys.stderr)
         sys.exit(1)
 
 

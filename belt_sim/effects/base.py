@@ -13,7 +13,7 @@ import os
 import pkgutil
 import re
 import sys
-from dataclasses import dataclass, field, fields
+from dataclasses import Field, dataclass, field, fields
 from functools import cache
 from typing import Any, ClassVar, dataclass_transform
 
@@ -204,6 +204,13 @@ def title_of(cls: type[Effect]) -> str:
 
 
 def effects_in(module) -> list[type[Effect]]:
-    """Return the effect classes that a module itself defines; one that is a base of others has no id."""
+    """Return the effect classes that a module itself defines, and those that lack the decorator: a base of others, and
+    beside a complete class one that declares no numbers, are helpers."""
     own = [v for v in vars(module).values() if isinstance(v, type) and v.__module__ == module.__name__]
-    return [c for c in own if issubclass(c, Effect) and (c.id or not c.__subclasses__())]
+    own = [c for c in own if issubclass(c, Effect)]
+    complete = [c for c in own if "declared" in vars(c)]
+    for c in (c for c in own if c not in complete and not c.__subclasses__()):
+        numbers = {"parameters", "alike", "__dataclass_fields__"} & {*vars(c)}
+        if numbers or not complete or any(isinstance(v, Field) for v in vars(c).values()):
+            complete.append(c)
+    return complete

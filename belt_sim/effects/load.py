@@ -52,8 +52,7 @@ def load_effects(spec: Any) -> tuple[Effect, ...]:
     for item in [] if spec is None else _entries(spec):
         classes, numbers = _read_entry(item)
         for cls in classes.values():
-            check_numbers(cls, numbers)
-            loaded.append(cls(**{n: float(v) for n, v in numbers.items()}))
+            loaded.append(cls(**check_numbers(cls, numbers)))
             if loaded[-1] == cls.null():
                 example = f"effects=[{{id:{cls.id},{next(iter(cls.parameters))}:...}}]"
                 raise InputError("effects", cls.id, "", f"it would do nothing; give numbers, e.g. {example}")
@@ -63,14 +62,15 @@ def load_effects(spec: Any) -> tuple[Effect, ...]:
     return tuple(loaded)
 
 
-def check_numbers(cls: type[Effect], numbers: Mapping[str, Any]) -> None:
-    """Raise InputError for what is no number of an effect, is far from plausible, or is below a smallest value."""
+def check_numbers(cls: type[Effect], numbers: Mapping[str, Any]) -> dict[str, float]:
+    """The numbers of an effect; raises InputError for one that is none, is far from plausible or too small."""
+    checked: dict[str, float] = {}
     for parameter, value in numbers.items():
         name, p = f"effects.{cls.id}.{parameter}", cls.parameters.get(parameter)
         if p is None:
             raise InputError(name, value, "", f"its parameters are {', '.join(cls.parameters)}")
         as_text = " (write 2.0e-5, not 2e-5)" if re.fullmatch(r"[+-]?\d+e[+-]?\d+", str(value)) else ""
-        number = finite(name, value, p.unit, f"give a finite number{as_text}")
+        number = checked[parameter] = finite(name, value, p.unit, f"give a finite number{as_text}")
         low, high = p.plausible
         most, bounds = MOST_TIMES_PLAUSIBLE * max(abs(low), abs(high)), ""
         if abs(number) > most:
@@ -79,6 +79,7 @@ def check_numbers(cls: type[Effect], numbers: Mapping[str, Any]) -> None:
             bounds = f"must be {p.null:g} or more"
         if bounds:
             raise InputError(name, f"{number:g}", p.unit, f"{bounds}; {low:g} to {high:g} is plausible")
+    return checked
 
 
 def save_effects(

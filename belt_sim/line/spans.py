@@ -74,7 +74,9 @@ class Composition:
         """Raise CannotRepresent for the first effect that this model cannot represent."""
         for effect in effects:
             if reason := self.refusal(effect):
-                raise CannotRepresent(f"effects = {effect.id}: {reason}; leave it out or use model=beam_th2 or strip")
+                others = " or ".join(name for name in ("beam_th2", "strip") if name != self.name)
+                remedy = "leave it out" + ("" if effect.id in self.contains else f" or use model={others}")
+                raise CannotRepresent(f"effects = {effect.id}: {reason}; {remedy}")
 
     def steady_rate(self, case: Case) -> float:
         """Return the late drift w = dy/ds of all four points [m/m] for the last yaw of both schedules, without effects:

@@ -1,9 +1,15 @@
 """Whatever a user gets wrong is one line on standard error, a non-zero exit, and no traceback."""
 
+import errno
+from pathlib import Path
+
 import pytest
 from command import SHORT, refusal
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
+import belt_sim as bs
+from belt_sim.campaign import CampaignError
 
 # (what is typed, what the line must hold)
 WRONG = [
@@ -66,7 +72,7 @@ VALUES = [
     ("effects=3", "give a list"),
     ("effects=missing.yaml", "effects = missing.yaml: no such file"),
     ("effects=[missing.py]", "effects = missing.py: no such file"),
-    ("effects=[sag_roll]", "model strip has sag_roll built in already"),
+    ("effects=[sag_roll]", "model strip has sag_roll built in already; leave it out"),
 ]
 
 
@@ -90,6 +96,12 @@ def test_wrong_values_of_a_configuration(tmp_path, value, says):
     assert says in refusal("simulate", tmp_path, SHORT, value)
 
 
+def test_a_model_is_not_offered_instead_of_itself(tmp_path):
+    assert refusal("simulate", tmp_path, SHORT, "effects=[sag_roll]").endswith("; leave it out")
+    said = refusal("simulate", tmp_path, (*SHORT, "model=beam_th2"), "effects=[{id: flatness, amplitude: 1.0e+6}]")
+    assert said.endswith("; leave it out or use model=strip")
+
+
 def test_unknown_command(belt):
     answer = belt("simmulate")
     assert is_one_line(answer)
@@ -105,6 +117,42 @@ def test_no_command_prints_the_usage(belt):
 def test_a_folder_that_cannot_be_written(belt):
     belt.folder = "/proc/no/such/place"
     assert is_one_line(belt.simulate())
+
+
+@pytest.mark.parametrize("kind", ["a dangling link", "a link to itself", "a file", "below a file"])
+@pytest.mark.parametrize("many", [(), ("-m", "tension=20,30")])
+def test_a_folder_that_is_none(belt, tmp_path, kind, many):
+    belt.folder = place = tmp_path / "place"
+    if "link" in kind:
+        place.symlink_to("missing" if kind == "a dangling link" else "place")
+    else:
+        place.write_text("", encoding="utf-8")
+        belt.folder = place / "run" if kind == "below a file" else place
+    answer = belt("simulate", *many, "model=rope", "travel=2", "pictures=false")
+    assert is_one_line(answer)
+    assert f"belt-sim: {belt.folder}" in answer.err
+    assert "it is no folder; name another" in answer.err
+
+
+def test_a_full_disk_is_told_with_its_folder(belt, monkeypatch):
+    def fill(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr("hydra.core.utils._save_config", fill)
+    answer = belt.simulate("model=rope")
+    assert is_one_line(answer)
+    assert f"belt-sim: {belt.folder} = No space left on device" in answer.err
+
+
+def test_a_campaign_that_cannot_be_read(belt, monkeypatch):
+    def refuse(path, *_):
+        raise PermissionError(errno.EACCES, "Permission denied", str(path))
+
+    belt.folder.mkdir()
+    for name in ("iterdir", "is_file"):
+        monkeypatch.setattr(Path, name, refuse)
+    with pytest.raises(CampaignError, match="is not a folder that can be read"):
+        bs.check(belt.folder)
 
 
 BROKEN_YAML = {

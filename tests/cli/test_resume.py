@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -90,6 +91,29 @@ def test_a_changed_effect_of_ones_own_runs_again(belt, tmp_path):
     assert kept(belt(*SWEEP, f"effects={table}")) == (0, [f"{own} has changed"] * 2)
     now = runs.input_hashes({"effects": [{"id": str(own), "load": 0.01}]})
     assert {name for name in before if before[name] != now[name]} == {str(own)}
+
+
+def test_a_changed_module_of_an_effect_runs_again(tmp_path, monkeypatch):
+    """A module beside it, a package of modules, and what these import."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "lib").mkdir()
+    files = {
+        "own.py": "from lib import SIZE\ndef late():\n    import beside\n",
+        "beside.py": "import numpy, deeper",
+        "deeper.py": "",
+        "lib/__init__.py": "from .sizes import SIZE",
+        "lib/sizes.py": "SIZE = 1",
+    }
+    for name, text in files.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    asked = {"effects": ["own.py"]}
+    for name in files:
+        before = runs.input_hashes(asked)
+        (tmp_path / name).write_text(f"{files[name]}\n# changed\n", encoding="utf-8")
+        now = runs.input_hashes(asked)
+        assert {Path(file).resolve() for file in now if now[file] != before[file]} == {tmp_path / name}
+    (tmp_path / "own.py").write_text("def (", encoding="utf-8")
+    assert runs.input_hashes(asked).keys() == {"own.py"}
 
 
 def test_changed_measurements_are_compared_again(belt, tmp_path):

@@ -20,7 +20,7 @@ REFUSED = [
     ("simulate travel=5", "yaw=[{at: 0, yaw: 0.01}, {at: 0, yaw: 0.05}]", "yaw.at = 0.0 m: entries must follow"),
     ("diagnose campaign=slack_belt", "bootstraps=1000000000", "give a whole number of at most"),
     ("diagnose campaign=slack_belt", "leave_out=[nosuch]", "leave_out = nosuch: use ids of the library"),
-    ("virtual-rig belt.width=0.3", "plan=3", "goes with engine=line and plan=null"),
+    ("virtual-rig belt.width=0.3", "plan=3", "belt.width = 0.3: goes with engine=line and plan=null"),
     ("virtual-rig", "rig.gravity=1.6", "rig.gravity = 1.6 m/s2"),
     ("virtual-rig", "hidden=[{id: taper, kappa_t: 1e-4, d: 5}]", "give kappa_t or d"),
     ("virtual-rig", "hidden=[{kappa_t: 1e-4, d: 5}]", "hidden = : use one of"),

@@ -1,14 +1,20 @@
 """Whatever is wrong with a user's effect file is one line that names file, line and remedy."""
 
+from fractions import Fraction
+
+import jax.numpy as jnp
+import numpy as np
 import pytest
 
 from belt_sim import simulate
+from belt_sim.api.simulate import effects_of
+from belt_sim.effects.base import library
 from belt_sim.effects.load import load_effects
 from belt_sim.errors import InputError
 
 HEAD = '''"""A file of a user's."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from belt_sim.effects.base import Effect, Parameter, effect
 
@@ -28,7 +34,7 @@ RUNUP = "    def runup(self, runup, state, case):\n"
 WRONG = {
     "undecorated": (RUNUP + "        return runup\n", {"decorator": "# no decorator"}, 9, "write @effect above"),
     "beside": (
-        RUNUP + "        return runup\n\nclass Second(Effect):\n    pass\n",
+        RUNUP + "        return runup\n\nclass Second(Effect):\n    size: float = field(default=0.0)\n",
         {},
         21,
         "@effect above the class Second",
@@ -70,6 +76,26 @@ def test_one_line_says_where_and_what(name, tmp_path):
     assert f"{path}, line {line}: " in message
     assert says in message
     assert "\n" not in message
+
+
+def test_a_helper_beside_an_effect_needs_no_decorator(tmp_path):
+    path = tmp_path / "helped.py"
+    text = HEAD.format(decorator="@effect", name="helped", law="run-up", unit="N/m")
+    hook, helper = RUNUP + "        return runup\n", "\n\nclass Mixin(Effect):\n    width = 3.0\n"
+    path.write_text(f"{text}\n{hook}{helper}", encoding="utf-8")
+    assert [e.id for e in load_effects([{"id": str(path), "load": 0.1}])] == ["mine_helped"]
+
+
+@pytest.mark.parametrize(
+    "two", [np.int64(2), np.float32(2), np.array(2.0), np.array(2), jnp.float32(2), Fraction(2)], ids=repr
+)
+def test_every_real_scalar_is_a_number(two):
+    slip = library()["slip"]
+    assert effects_of([slip(inverse_friction=two)]) == (slip(inverse_friction=2.0),)
+    assert simulate(tension=two, travel=0.5, model="rope").case.settings.tension == 2e6
+    for wrong in (True, np.bool_(True), np.array([2.0]), np.float32("nan"), np.str_("x"), 2j):
+        with pytest.raises(InputError, match="give a finite number"):
+            effects_of([slip(inverse_friction=wrong)])
 
 
 def test_a_value_that_no_machine_has_is_refused():

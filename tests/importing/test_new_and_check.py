@@ -188,6 +188,12 @@ def test_a_broken_folder_is_refused_with_every_fault(plan, tmp_path):
     assert "ten" in str(error.value)
 
 
+@pytest.mark.parametrize("name", ["travel", "step"])
+def test_a_length_that_is_no_number_is_refused(plan, name):
+    with pytest.raises(BeltError, match=f"{name} = a m: give a length in metres"):
+        check(plan, "strip", **{name: "a"})
+
+
 def test_check_json_is_json(checked):
     assert json.loads(json.dumps(file_json(checked), allow_nan=False))["schema"] == "belt-check/1"
 
