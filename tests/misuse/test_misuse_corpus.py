@@ -48,7 +48,7 @@ REFUSED = [
     (["simulate", "-m", "tension=interval(7,10)"], "is for a search"),
     (["simulate", "-m", "tension=7,10", "hydra/launcher=nowhere"], "hydra/launcher = nowhere: use one of"),
     (["simulate", *SHORT, "rig.centre_distance=100", "effects=[{id: crown, c: -100}]"], "effects.crown.c"),
-    (["simulate", "hydra.run.dir=/dev/null/x", *SHORT], "choose a folder that can be written"),
+    (["simulate", "hydra.run.dir=/dev/null/x", *SHORT], "it is no folder; name another"),
     (["simulate", "effects={tmp}"], "effects"),
     (["export", "fmu=../belt.fmu"], "fmu = ../belt.fmu"),
     (["export", "order=many"], "order"),
