@@ -226,7 +226,8 @@ def locate_failure(found: ErrorMap, model: str, *, faulty: bool = False) -> Wher
     low, high = found.edges[w : w + 2].tolist()
     k = -NormalDist().inv_cdf(0.025 / count)  # no normal error of so many is larger, with probability 95 %
     sign = "> 0" if run.yaw > 0.0 else "< 0" if run.yaw < 0.0 else "= 0"
-    place = f"{signal.name} of run {run.name} ({run.tension / N_PER_MM2:g} N/mm2, yaw {sign}, {low:.0f}-{high:.0f} m)"
+    travel = f"{low:.0f}-{high:.0f} m" if high - low > 1.0 else f"{low:.1f}-{high:.1f} m"
+    place = f"{signal.name} of run {run.name} ({run.tension / N_PER_MM2:g} N/mm2, yaw {sign}, {travel})"
     if worst <= k:
         said = f"Nowhere beyond the uncertainty of the comparison; most in {place}: {worst:.1f} times the uncertainty, "
         said += f"as chance may give in one of {count} places."
@@ -238,7 +239,7 @@ def locate_failure(found: ErrorMap, model: str, *, faulty: bool = False) -> Wher
     tensions = np.unique(tension[there.any(axis=(1, 2))])
     ratios = np.array([np.nanmax(ratio[tension == t]) for t in tensions])
     good, at = ratios <= k, None
-    span = f"{tensions[0]:g} to {tensions[-1]:g} N/mm2"
+    span = " to ".join(f"{t:g}" for t in dict.fromkeys([tensions[0], tensions[-1]])) + " N/mm2"
     bad = ", ".join(f"{t:g}" for t, fits in zip(tensions, good, strict=True) if not fits)
     flips = np.flatnonzero(np.diff(good.astype(int)))
     if good.all():
