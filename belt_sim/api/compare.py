@@ -36,7 +36,7 @@ from belt_sim.results.errors import Comparison, Drawings, SteadyError
 if TYPE_CHECKING:
     from belt_sim.results.diagnosis import FoundEffect
 
-STEADY_TRAVELS = tuple(300.0 * 2.0**k for k in range(6))  # [m]; the strip's transient at 4 N/mm2 is longer than 600 m
+STEADY_TRAVELS = 300.0, 600.0, 1200.0  # [m]; the strip's transient at 4 N/mm2 is longer than 600 m
 STEADY_WITHIN = 0.1  # of u: a late rate that changes by less on twice the travel is the steady one
 
 
@@ -62,7 +62,7 @@ def compare(
     refuse_effects(chosen, acting)
 
     # late rates in steady.csv: modelled by the closed form, or by runs as long as it takes where effects act
-    steady, runs = [], {r.name: r for r in campaign.runs}
+    steady, moving, runs = [], [], {r.name: r for r in campaign.runs}
     for stated in campaign.steady:
         run, u = runs[stated.run], stated.u
         case = case_of(campaign, run)
@@ -72,6 +72,8 @@ def compare(
                 before, modelled = modelled, late_rates(chosen.run(case, acting, travel=travel))
                 if np.abs(modelled - before).max() < STEADY_WITHIN * u:
                     break
+            else:
+                moving.append(run.name)
         else:
             modelled = np.full(4, chosen.steady_rate(case))
         for point in np.flatnonzero(np.isfinite(stated.rates)).tolist():
@@ -81,8 +83,10 @@ def compare(
 
     common: dict[str, Any] = {"base_model": chosen.name, "campaign": label(campaign), "effects": acting}
     common |= {"steady": tuple(steady), "provenance": provenance(config) | {"data_sha256": campaign.sha256}}
+    said = f"with these effects the rate of {words.join_words([*dict.fromkeys(moving)])} does not settle: the one "
+    beyond = (f"{said}after {STEADY_TRAVELS[-1]:g} m is shown",) if moving else ()
     if not curves and steady:
-        return Comparison(**common, error=None, where=None, per_run=())
+        return Comparison(**common, error=None, where=None, per_run=(), beyond=beyond)
 
     bench = workbench(campaign, fitted_model(chosen), [type(e) for e in acting])
     base, final = bench.forward.null(), parameter_vector(bench, acting)
@@ -96,7 +100,7 @@ def compare(
         where=locate_failure(error_map(bench, after), f"Model {chosen.name}{besides}"),
         per_run=run_errors(bench, before, after),
         drawings=drawings((bench, base, before), shown, mapped=after) if drawn else Drawings(),
-        beyond=(*map(str, leave_out_bad_readings(campaign)[1]), *limits),
+        beyond=(*map(str, leave_out_bad_readings(campaign)[1]), *limits, *beyond),
     )
 
 

@@ -114,15 +114,27 @@ def test_steady_rates_alone_are_compared(belt, tmp_path):
     assert (answer.folder / "steady.svg").is_file()
 
 
+def steady_table(tension):
+    """A campaign of one late rate, without curves."""
+    whole = campaign("nothing")
+    run = replace(whole.runs[0], tension=tension, travel=np.empty(0), time=None, signals={})
+    return replace(whole, runs=(run,), steady=(SteadyRate(run=run.name, rates=np.full(4, 1e-4), u=1e-5),))
+
+
 @pytest.mark.parametrize("tension", [4e6, 10e6])
 def test_a_steady_rate_with_a_null_effect_is_that_without(tension):
     """However long a slack belt takes to settle."""
-    whole, nothing = campaign("nothing"), np.empty(0)
-    run = replace(whole.runs[0], tension=tension, travel=nothing, time=None, signals={})
-    table = replace(whole, runs=(run,), steady=(SteadyRate(run=run.name, rates=np.full(4, 1e-4), u=1e-5),))
+    table = steady_table(tension)
     rows = [compare(table, "strip", acting).steady for acting in (None, [{"id": "taper", "kappa_t": 1e-13}])]
     plain, loaded = ([row.modelled for row in each] for each in rows)
     np.testing.assert_allclose(loaded, plain, atol=0.1 * 1e-5)
+
+
+def test_a_rate_that_does_not_settle_is_told():
+    table = steady_table(10e6)
+    assert not compare(table, "strip", [{"id": "taper", "kappa_t": 1e-5}]).beyond
+    (said,) = compare(table, "strip", [{"id": "yaw_drift", "rate": 1e-7}]).beyond
+    assert "the rate of r01 does not settle: the one after 1200 m is shown" in said
 
 
 def test_a_hidden_effect_is_revealed(belt, tmp_path):
