@@ -57,7 +57,7 @@ SWEPT_GROUPS = {
 SPACINGS = ("even", "ratio")
 CHUNK_CASES = 250  # cases marched side by side in one thread; their state stays in a core's cache
 MOST_SWEPT_CASES = 10**7  # cases
-CASES_ASKED = 128  # cases asked for the limits that they leave, 4 ms each
+CASES_ASKED = 128  # rows asked for the limits that they leave, as they are and moved to ends, 4 ms each
 READ_AT = (1.0, 10.0)  # [m] of travel
 #: columns of models that are no march
 RUN_COLUMNS = (*(f"rate{k}_mm_per_m" for k in POINT_NUMBERS), "offset_upper_mm", "offset_lower_mm", "settled")
@@ -128,12 +128,12 @@ def sweep(
     for name in dict.fromkeys(chosen.tolist()):
         rows = np.flatnonzero(chosen == name)
         spec = {**model, "name": name} if isinstance(model, Mapping) else (model if isinstance(model, Model) else name)
-        one = model_of(spec)
+        one = model_of(spec, engine=engine)
         if isinstance(one, AnalyticModel) or travel is None:
             names, work = grid.marches(one, at)
             found = _in_chunks(work, values[rows], CHUNK_CASES, threads, lambda cases: tell(cases / count))
         else:
-            names, work = RUN_COLUMNS, partial(grid.runs, one, engine)
+            names, work = RUN_COLUMNS, partial(grid.runs, one)
             found = _in_chunks(work, values[rows], 1, 1, lambda cases: tell(cases / count))
         for column, numbers in zip(names, found.T, strict=True):
             told.setdefault(column, np.full(count, np.nan))[rows] = numbers
@@ -176,6 +176,9 @@ class SweepGrid:
         stated."""
         stated = self.plain["rig"] if isinstance(self.plain["rig"], Mapping) else {}
         radii = " ".join(name for name in ("head_radius", "tail_radius") if stated.get(name) is None)
+        if not radii and any(a.key == "rig.pulley_radius" for a in self.axes):
+            remedy = "head_radius and tail_radius are stated, so that this changes nothing: let those vary"
+            raise InputError("rig.pulley_radius", stated["pulley_radius"], "m", remedy)
         return tuple(a.key.replace("rig.pulley_radius", f"rig.{radii}") for a in self.axes)
 
     def models(self, model: Any, values: np.ndarray) -> np.ndarray:
@@ -229,11 +232,15 @@ class SweepGrid:
     def beyond(self, table: "pd.DataFrame", model: Any) -> list[str]:
         """A sentence for each limit that cases are used beyond, and that rows have left.
 
-        Asked are the corners and ``CASES_ASKED`` rows at random: a limit may be left farthest in the middle of an axis,
-        as slip is near 20 N/mm2, and even steps through the rows may leave out values of the inner axes.
+        Asked are the corners and ``CASES_ASKED`` rows at random, as they are and with all axes but one at an end: a
+        limit is left farthest where most numbers are extreme, or in the middle of one axis, as slip is near 20 N/mm2.
         """
-        rows = np.random.default_rng(0).choice(len(table), min(CASES_ASKED, len(table)), replace=False)
-        found = {*self.corners, *map(tuple, table[[a.column for a in self.axes]].to_numpy()[rows].tolist())}
+        lots = np.random.default_rng(0)
+        points = table[[a.column for a in self.axes]].to_numpy()
+        asked = points[lots.choice(len(points), min(CASES_ASKED, len(points)), replace=False)]
+        ends = np.where(lots.random(asked.shape) < 0.5, points.min(axis=0), points.max(axis=0))
+        ends = np.where(np.arange(asked.shape[1]) == lots.integers(asked.shape[1], size=(len(asked), 1)), asked, ends)
+        found = {*self.corners, *map(tuple, [*asked.tolist(), *ends.tolist()])}
         said, ids, travel = dict[str, tuple[float, str]](), [e.id for e in self.effects], self.plain["travel"]
         for point in sorted(found):
             case, effects = self.placed(point)
@@ -288,12 +295,12 @@ class SweepGrid:
         how: dict[str, Any] = {"model": chosen, "keys": self.keys, "travel": travel, "at": places, "plan": plan}
         return columns, partial(_rows, self.case, self.effects, **how)  # in the order of its rows
 
-    def runs(self, model: Any, engine: str | None, values: np.ndarray) -> list[list[float]]:
+    def runs(self, model: Any, values: np.ndarray) -> list[list[float]]:
         """RUN_COLUMNS of runs one after another, of models that are no march."""
         rows = []
         for own in values:
             case, effects = place_values(self.case, self.effects, self.keys, own)
-            found = simulate(case, model=model, effects=effects, travel=self.plain["travel"], engine=engine)
+            found = simulate(case, model=model, effects=effects, travel=self.plain["travel"])
             offsets = np.array(found.offsets or (np.nan, np.nan)) / MM
             rows.append([*found.rates / MM_PER_M, *offsets, found.is_settled])
         return rows

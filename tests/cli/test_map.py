@@ -1,5 +1,6 @@
 """``belt-sim map`` and ``bs.sweep``: each row is what ``simulate`` says of its case."""
 
+import re
 import time
 
 import numpy as np
@@ -8,6 +9,7 @@ import pytest
 from command import refusal
 
 import belt_sim as bs
+from belt_sim.errors import InputError
 from belt_sim.io import ROOT
 
 SMALL = ("travel=12", "pictures=false")
@@ -86,6 +88,24 @@ def test_a_stated_radius_does_not_follow_the_common_one():
     table = bs.sweep(rig=rig, model="strip", travel=12.0)
     one = bs.simulate(rig=rig | {"pulley_radius": 0.15}, model="strip", travel=12.0)
     assert table["rate1_mm_per_m"].iloc[0] == pytest.approx(one.rates[0] * 1e3, rel=1e-8)
+    with pytest.raises(InputError, match=r"pulley_radius = .*changes nothing"):
+        bs.sweep(rig=rig | {"tail_radius": 0.2}, model="strip", travel=12.0)
+
+
+def test_an_engine_of_an_analytic_model_is_refused():
+    with pytest.raises(InputError, match="engine = mjx: leave it out"):
+        bs.sweep(tension=[10, 20], model="strip", engine="mjx", travel=12.0)
+
+
+def test_the_worst_of_a_large_table_is_asked_at_the_ends_of_its_axes():
+    """Of 6000 cases the stretch of the belt is worst by far at the largest yaw, near 5 N/mm2."""
+    yaw = {"from": 0.0, "to": 0.4, "count": 60}
+    both = [
+        bs.sweep(tension={"from": 2, "to": 60, "count": 100}, yaw=turns, travel=20, model="strip_lift_off")
+        for turns in (yaw, [0.4])
+    ]
+    times = [re.findall(r"second_order \(([0-9.]+) times", " ".join(b.attrs["beyond"])) for b in both]
+    assert times[0] == times[1] != []
 
 
 def test_numbers_of_an_effects_file_vary():
