@@ -14,7 +14,16 @@ from typing import Any, Literal
 import numpy as np
 
 from belt_sim.campaign.sheet import RESERVED, check_name
-from belt_sim.campaign.types import ELSEWHERE_EXAMPLE, PLACES, CampaignError, did_you_mean, kind_at, quote, refusal
+from belt_sim.campaign.types import (
+    ELSEWHERE_EXAMPLE,
+    PLACES,
+    CampaignError,
+    did_you_mean,
+    kind_at,
+    quote,
+    refusal,
+    shortlist,
+)
 from belt_sim.errors import InputError
 from belt_sim.importing.mapping import DAY, ROLES, ColumnEntry, MappingEntry, Question, ask, texts_of
 from belt_sim.settings import SIGNAL_DIMENSION
@@ -193,7 +202,10 @@ class LoggedTable:
 
     def select_rows(self, rows: np.ndarray) -> "LoggedTable":
         """The table with these rows only."""
-        columns = tuple(replace(c, values=c.values[rows], readings={}) for c in self.columns)
+        columns = tuple(
+            replace(c, values=c.values[rows], readings={n: v[rows] for n, v in c.readings.items()})
+            for c in self.columns
+        )
         return replace(self, columns=columns, lines=self.lines[rows])
 
     def refuse(self, row: int, name: str, value: object, unit: str, remedy: str) -> CampaignError:
@@ -291,9 +303,15 @@ def propose_roles(table: LoggedTable) -> LoggedTable:
     timed = any(len(steps) and float(np.median(steps)) < SPARSE for steps in times)
     if any(role.startswith("rate") for role in roles):
         kind = "rates"
-    elif run is not None and len(set(run.values.tolist())) == len(run.values) and roles & {"tension", "yaw"}:
+    elif run is not None and roles & {"tension", "yaw"} and _has_row_a_run(run):
         kind = "record" if timed or roles & {"signal", "travel"} else "settings"
     return replace(table, columns=tuple(columns), kind=kind, notes=tuple(notes))
+
+
+def _has_row_a_run(run: Column) -> bool:
+    """Whether a column of runs is of a table with a row a run, remarks under it left aside; a record has more rows."""
+    rows = max((k for k, label in enumerate(run.labels, start=1) if label), default=0)
+    return len(set(run.values.tolist())) == len(run.values) or 0 < rows <= 2 * len({*run.labels} - {""})
 
 
 def _propose(column: Column, header: str) -> Column:
@@ -313,7 +331,7 @@ def _propose(column: Column, header: str) -> Column:
         kind = UNITS.get(column.unit, ("",))[0]
         units = (*(u for u in units if UNITS[u][0] == kind and not column.stamp), column.unit)
     column, kinds = replace(column, unit="", stated_units=units), {UNITS[u][0] for u in units if u in UNITS}
-    named = roles_named(name)
+    named = [role for role in roles_named(name) if role != "speed" or not _remarks(name, "of_air")]
     role = named[0] if named else ""
     if column.is_text:
         said, words = texts_of(SYNONYMS_FILE)["directions"], [plain(v) for v in column.values]
@@ -331,7 +349,7 @@ def _propose(column: Column, header: str) -> Column:
     is_stroke = role in ("yaw", "yaw_head") and kinds == {"length"} and "signal" not in may_be
     if not is_stroke:
         role = next((r for r in may_be if not kinds.isdisjoint(ROLES[r])), role)
-    if not role and len(kinds) == 1:
+    if not role and len(kinds) == 1 and not _remarks(name, "of_air"):
         role, why = BY_DIMENSION.get(next(iter(kinds)), ""), "its unit"
     column = replace(column, role=role, at=place if role == "signal" else "")
     stated = column.stated_unit
@@ -402,7 +420,14 @@ def resolve_columns(logged: LoggedTables, mapping: MappingEntry) -> list[LoggedT
             same = [k for k, c in enumerate(columns) if c.role == role and not c.entry.run and c.name not in along]
             if len(same) > 1:
                 _use_one(role, same, columns, mapping.use.get(role, ""), notes, table.kind)
-        tables.append(replace(table, columns=tuple(columns), notes=tuple(notes)))
+        table = replace(table, columns=tuple(columns))
+        run = table.column("run") if table.kind != "record" else None
+        named = np.array([label != "" for label in run.labels]) if run else np.ones(1, dtype=bool)
+        if run and named.any() and not named.all():  # remarks under a table, a mean
+            lines = shortlist(table.lines[~named])
+            notes.append(Note(table.name, f"{run.name} is blank in line {lines}: left out, as of no run"))
+            table = table.select_rows(named)
+        tables.append(replace(table, notes=tuple(notes)))
     return tables
 
 

@@ -5,7 +5,6 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import datetime, timedelta
-from itertools import chain, count
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ from belt_sim.campaign.types import SteadyRate, did_you_mean, shortlist
 from belt_sim.errors import InputError
 from belt_sim.importing.columns import Column, LoggedTable, Note
 from belt_sim.importing.mapping import DAY, MappingEntry, Question, RunEntry, ask, zone_seconds
-from belt_sim.importing.travel import FEWEST_ROWS, GOES_ON, RESTART, count_on, travel_of, usual_speeds
+from belt_sim.importing.travel import FEWEST_ROWS, GOES_ON, RESTART, count_on, running_speeds, travel_of, usual_speeds
 from belt_sim.units import DEGREE, N_PER_MM2, UNITS, number_of, plain_minus, quantity, round_digits, size_of
 
 #: Column of the time [s] in a record; all others are signals.
@@ -39,6 +38,8 @@ TENTHS, MOVING_SIGMAS = 10, 6.0
 USUAL_STEP = 0.95
 #: Digits that a logged setting is rounded to, and those of a place on the belt, of up to 20000 m.
 LOGGED_DIGITS, START_DIGITS = 4, 7
+#: Share by which a setting may differ between two tables of runs, as by rounding.
+SAME_STATED = 1e-3
 
 
 @dataclass(frozen=True)
@@ -101,26 +102,28 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
     names = [name for t in tables if t.kind == "rates" for name in _find_rated(t, mapping, section, found)]
     listed = table_settings([t for t in tables if t.kind == "settings"], section)
     names += listed
-    files, lacks_speed, known = dict[str, list[AssembledRun]](), False, set[tuple[str, str]]()
+    files, lacks_speed = dict[str, list[AssembledRun]](), False
     for block in [b for t in tables if t.kind == "record" for b in _split_runs(t, mapping, found.questions)]:
-        # a run may have its sensors in several files; where one of them has readings again, another run begins
-        signals, first = [c.signal for c in block.columns if c.role == "signal" and len(c.numbers)], block.name
-        tried = chain([first], (f"{first}_{k}" for k in count(2)))
-        name = next(n for n in tried if known.isdisjoint((n, signal) for signal in signals))
-        known |= {(name, signal) for signal in signals}
-        if name != first:
-            text = f"{block.file.name} has a run {first} with {' and '.join(signals)} again: taken as a run of its own"
-            block = replace(block, name=name, notes=(*block.notes, Note("", text)))
-        names.append(name)
+        names.append(block.name)
         if mapping.runs.get(block.name, RunEntry()).skip:
             continue
         run = _assemble(block, mapping, listed, section, found.questions)
         lacks_speed |= run is None
-        files.setdefault(block.name, []).extend([run] if run else [])
+        if run is None:
+            continue
+        parts = files.setdefault(block.name, [])
+        for part in parts:  # a run may have its sensors in several files, but no other readings of one
+            ours, theirs = ({str(n): y.dropna() for n, y in p.record.items() if n != TIME_COLUMN} for p in (run, part))
+            others = [n for n in ours if n in theirs and not ours[n].equals(theirs[n])]
+            if others:
+                remedy = f"stands already in {part.file} with other readings of {' and '.join(others)}; join them if "
+                remedy += "the run goes on, else give every run its own name, or import each by itself"
+                raise block.refuse(0, "run", block.label, "", remedy)
+        parts.append(run)
     strange = next((name for name in mapping.runs if name not in names), None)
     if strange is not None and not lacks_speed:
         raise InputError(f"runs.{strange}", strange, "", f"no file has such a run; {did_you_mean(strange, names)}")
-    for parts in filter(None, files.values()):  # one run from several files: of each setting the first that has it
+    for parts in files.values():  # one run from several files: of each setting the first that has it
         record = pd.concat([p.record for p in parts]).groupby(level=0).last() if parts[1:] else parts[0].record
         if not all(TIME_COLUMN in p.record for p in parts):
             record = record.drop(columns=TIME_COLUMN, errors="ignore")
@@ -303,8 +306,8 @@ def stated_settings(
 
 
 def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, LoggedSettings]:
-    """Run -> settings that tables of runs state, one row a run."""
-    found: dict[str, LoggedSettings] = {}
+    """Run -> settings that tables of runs state, one row a run; refused where two tables contradict."""
+    found, places = dict[str, LoggedSettings](), dict[tuple[str, str], str]()
     for table in tables:
         run = table.column("run")
         labels = [f"r{k}" for k in range(1, len(table.lines) + 1)] if run is None else run.labels
@@ -316,9 +319,14 @@ def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, Log
         found = {name: {} for name in names} | found
         for column in (c for c in table.columns if c.role in RANGES):
             unit, values = RANGES[column.role].unit, section.stress(column.si(), column.dimension)
-            for name, value in ((n, float(v)) for n, v in zip(names, values, strict=True) if np.isfinite(v)):
-                text = f"{value / UNITS[unit][1]:.6g} {unit}".strip()
-                found[name][column.role] = Setting(value, "the table of runs", text)
+            for row in np.flatnonzero(np.isfinite(values)).tolist():
+                name, role, value = names[row], column.role, float(values[row])
+                text, before = f"{value / UNITS[unit][1]:.6g} {unit}".strip(), found[name].get(role)
+                if before is not None and not math.isclose(value, before.value, rel_tol=SAME_STATED):
+                    remedy = f"{places[name, role]} says {before.text} of run {name}; mend one, or name the runs apart"
+                    raise table.refuse(row, role, text, "", remedy)
+                found[name][role] = Setting(value, "the table of runs", text)
+                places[name, role] = f"{table.file.name}:{table.lines[row]}"
     return found
 
 
@@ -367,11 +375,13 @@ def logged_settings(
         "yaw_at": lambda y: y[0],
     }
     firsts["direction"] = lambda y: np.sign(np.median(y)) or 1.0
-    firsts |= {} if "speed" in moved else {"speed": lambda y: round_digits(float(np.median(np.abs(y))), LOGGED_DIGITS)}
     found: LoggedSettings = {}
     for key, of in firsts.items():
         if (values := block.values(key)) is not None:
             found[key] = Setting(float(of(values[np.isfinite(values)])), "its column")
+    if "speed" not in moved and (values := block.values("speed")) is not None:
+        ran = np.abs(running_speeds(values, travel))
+        found["speed"] = Setting(round_digits(float(np.median(ran)), LOGGED_DIGITS) if len(ran) else 0.0, "its column")
     if "direction" in found.keys() - known.keys() and (values := block.values("direction")) is not None:
         runs = np.flatnonzero(np.nan_to_num(values))
         turned = runs[values[runs] * values[runs[:1]] < 0.0]

@@ -80,7 +80,8 @@ def travel_of(
     if logged is not None:
         keep, way, sign = _logged_travel(block, logged, time, notes)
         way, stood = _over_standstills(block, keep, way, time, standstill, notes, open_questions)
-        if speeds is not None and np.nanmedian(speeds) < 0.0 < sign:
+        ran = np.empty(0) if speeds is None else running_speeds(speeds[keep], way)
+        if len(ran) and np.median(ran) < 0.0 < sign:
             sign = -1.0
             notes.append("the speed is negative: direction -1")
     elif time is None:
@@ -116,6 +117,15 @@ def travel_of(
         far, lasted = np.array([way[-1], own[-1]]) - stood
         pace = float(far / lasted)
     return Travel(keep, way, own, sign, pace, notes)
+
+
+def running_speeds(speeds: np.ndarray, travel: np.ndarray) -> np.ndarray:
+    """Logged speeds [m/s] of the rows in which the belt ran: where travel [m] moves, if any is known there, and it does
+    not creep; of (n,) each."""
+    there = np.isfinite(speeds)
+    moves = there & (np.gradient(travel) > 0.0)
+    found = speeds[moves if moves.any() else there]
+    return found[np.abs(found) > CREEPS * np.abs(found).max(initial=0.0)]
 
 
 def usual_speeds(way: Travel, logged: np.ndarray | None) -> list[float]:

@@ -177,20 +177,79 @@ def test_two_signals_of_one_place_are_told(tmp_path):
     assert not any("measures at" in n.text for n in plain.notes)
 
 
-def test_a_run_that_two_files_have_is_two_runs_and_one_whose_sensors_two_files_have_is_one(tmp_path):
-    """Guard: of two days' files with a run 7 each, the readings of the second day took the place of the first's."""
-    header, files = ["run", "travel [m]", "y1 [mm]"], [tmp_path / "day1.csv", tmp_path / "day2.csv"]
-    for path, times in zip(files, (1.0, -2.0), strict=True):
-        path.write_text(table(header, [["7"] * len(L.travel), L.travel, times * L.y1], digits=7))
-    made = understand(read(files), MAPPING | {"all_runs": RUN})
-    first, second = made.complete().runs
-    assert (first.name, second.name) == ("r7", "r7_2")
-    assert np.ptp(second.signals["y1"]) == pytest.approx(2.0 * np.ptp(first.signals["y1"]), rel=0.05)
-    told = "r7_2: day2.csv has a run r7 with y1 again: taken as a run of its own"
-    assert told in [str(n) for n in made.notes]
-    files[1].write_text(table([*header[:2], "y4 [mm]"], [["7"] * len(L.travel), L.travel, L.y4], digits=7))
-    (run,) = understand(read(files), MAPPING | {"all_runs": RUN}).complete().runs
-    assert {*run.signals} == {"y1", "y4"}
+def two_files(folder, header, columns, *later):
+    """Two files of a run 7: columns, and later ones with their header."""
+    files = [folder / "day1.csv", folder / "day2.csv"]
+    for path, (names, own) in zip(files, ((header, columns), later), strict=True):
+        path.write_text(table(["run", *names], [["7"] * len(own[0]), *own], digits=7))
+    return lambda: understand(read(files), MAPPING | {"all_runs": RUN})
+
+
+def test_a_run_that_two_files_have_with_other_readings_is_refused(tmp_path):
+    """Guard: of two days' files with a run 7 each, the readings of the second day took the place of the first's; of a
+    run that goes on in a second file, a second run was made, and of its sensors some were of another day."""
+    header, first = ["travel [m]", "y1 [mm]"], [L.travel, L.y1]
+    told = r"day2\.csv:2: run = 7: stands already in day1\.csv with other readings of y1; join them if the run goes on"
+    both = [*header, "y4 [mm]"]
+    for names, later in ((header, [L.travel, -2.0 * L.y1]), (both, [L.travel, L.y1 + 0.1, L.y4])):
+        with pytest.raises(CampaignError, match=told):
+            two_files(tmp_path, header, first, names, later)()
+    half = len(L.travel) // 2
+    with pytest.raises(CampaignError, match=told):
+        two_files(tmp_path, header, [x[:half] for x in first], header, [x[half:] for x in first])()
+
+
+def test_a_run_whose_sensors_two_files_have_is_one_a_common_one_and_a_copy_included(tmp_path):
+    header, first = ["travel [m]", "y1 [mm]", "y4 [mm]"], [L.travel, L.y1, L.y4]
+    other, again = ["travel [m]", "y3 [mm]"], [L.travel, L.y4]
+    for names, later, signals in (
+        (other, again, "y1 y3 y4"), ([*other, "y1 [mm]"], [*again, L.y1], "y1 y3 y4"), (header, first, "y1 y4")
+    ):  # fmt: skip
+        (run,) = two_files(tmp_path, header, first, names, later)().complete().runs
+        assert {*run.signals} == {*signals.split()}
+        assert np.ptp(run.signals["y1"]) == pytest.approx(1e-3 * np.ptp(L.y1), rel=0.1)
+
+
+def test_tables_of_runs_that_contradict_are_refused(tmp_path):
+    """Guard: the last of them counted."""
+    record = tmp_path / "a.csv"
+    record.write_text(table(["travel [m]", "y1 [mm]"], [L.travel, L.y1]))
+    for name, tension in (("t", 10), ("u", 15)):
+        (tmp_path / f"{name}.csv").write_text(f"run,tension [N/mm2],yaw [deg]\na,{tension},-0.042\n")
+    with pytest.raises(CampaignError, match=r"u\.csv:2: tension = 15 N/mm2: t\.csv:2 says 10 N/mm2 of run a; mend one"):
+        understand(read([record, tmp_path / "t.csv", tmp_path / "u.csv"]), MAPPING)
+    (tmp_path / "u.csv").write_text("run,tension [N/mm2],speed [m/s]\na,10.0,0.7\n")
+    made = understand(read([record, tmp_path / "t.csv", tmp_path / "u.csv"]), MAPPING)
+    assert (made.complete().runs[0].tension, made.complete().runs[0].speed) == (10e6, 0.7)
+
+
+@pytest.mark.parametrize("runs", [("a", "b"), ("1", "2")])
+def test_remarks_under_a_table_of_runs_or_rates_are_left_out_and_told(tmp_path, runs):
+    """Guard: two of them were refused as a run that stands twice, or the table was taken for a record."""
+    names = [run if run.isalpha() else f"r{run}" for run in runs]
+    rows = [["run", "tension [N/mm2]", "yaw [deg]", "rate1", "u_rate"], [runs[0], *"7111"], [runs[1], *"9131"]]
+    rows += [["", "8", "", "", ""], ["", "1", "", "", "1"]]
+    (tmp_path / "rates.csv").write_text("\n".join(";".join(row) for row in rows))
+    made = understand(read([tmp_path / "rates.csv"]), MAPPING)
+    assert "rates: run is blank in line 4, 5: left out, as of no run" in [str(n) for n in made.notes]
+    assert [(s.run, s.rates[0]) for s in made.complete().steady] == [(names[0], 1e-3), (names[1], 3e-3)]
+    (tmp_path / "runs.csv").write_text("\n".join(";".join(row[:3]) for row in rows))
+    record = tmp_path / "log.csv"
+    columns = [list(np.repeat(runs, len(L.travel))), *(np.tile(x, 2) for x in (L.travel, L.y1))]
+    record.write_text(table(["run", "travel [m]", "y1 [mm]"], columns))
+    made = understand(read([record, tmp_path / "runs.csv"]), MAPPING)
+    assert "runs: run is blank in line 4, 5: left out, as of no run" in [str(n) for n in made.notes]
+    assert [(r.name, r.tension) for r in made.complete().runs] == [(names[0], 7e6), (names[1], 9e6)]
+
+
+def test_a_run_that_stands_twice_in_a_table_of_settings_is_refused(tmp_path):
+    """Guard: the table was taken for a record without time or travel."""
+    (tmp_path / "a.csv").write_text(table(["travel [m]", "y1 [mm]"], [L.travel, L.y1]))
+    (tmp_path / "t.csv").write_text("run,tension [N/mm2],yaw [deg]\na,10,-0.042\na,20,0.042\n")
+    with pytest.raises(
+        CampaignError, match=r"t\.csv:3: run = a: stands already in line 2; give every run its own name"
+    ):
+        understand(read([tmp_path / "a.csv", tmp_path / "t.csv"]), MAPPING)
 
 
 def test_a_run_that_stands_twice_in_a_table_of_rates_is_refused(tmp_path):
@@ -211,6 +270,23 @@ def test_a_setting_that_a_column_of_the_record_holds_is_that_of_the_run(tmp_path
     columns = [L.travel, 0.0 * L.travel + value, L.y1]
     (run,) = proposal(tmp_path / "a.csv", ["travel [m]", name, "y1 [mm]"], columns).complete().runs
     assert getattr(run, key) == pytest.approx(is_then)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_speed_beside_a_travel_is_that_of_the_running_belt(tmp_path, sign):
+    """Guard: of a belt that stands first, for longer than it runs, the speed was 0 and refused."""
+    stands = np.zeros(len(L.travel) + 100)
+    columns = [np.r_[stands, L.travel], np.r_[stands, 0.0 * L.travel + 0.7 * sign], np.r_[stands + L.y1[0], L.y1]]
+    columns[1][: len(stands) : 2] -= 0.02 * sign  # of a tachometer at rest
+    (run,) = proposal(tmp_path / "a.csv", ["travel [m]", "speed [m/s]", "y1 [mm]"], columns).complete().runs
+    assert (run.speed, run.direction) == (0.7, sign)
+
+
+def test_the_speed_of_the_wind_is_not_the_belts(tmp_path):
+    columns = [L.travel, 0.0 * L.travel + 2.0, L.y1]
+    made = proposal(tmp_path / "a.csv", ["travel [m]", "wind speed [m/s]", "y1 [mm]"], columns)
+    assert [q.key for q in made.unknown] == ["columns.wind speed [m/s].at"]
+    assert made.complete().runs[0].speed == 0.5
 
 
 def test_a_direction_that_turns_within_a_run_is_refused_unless_it_is_stated(tmp_path):
