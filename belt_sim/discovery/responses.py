@@ -212,9 +212,13 @@ def _compile_changes(model, classes):
         case = as_driven(case, effects)
         span = apply_hook((*model.built_in, *effects), "span", model.span(case), case)
         at, ends = jnp.array([0, 2]), slice(0, 3)  # run-up and middle; the ends of a belt do not roll
-        added = response_by_change(span, case, [*dict.fromkeys(PLACE_KINDS[kind].relative for kind in RELATIVE)])
-        stretched = {k: vars(stretch_response(span, k)) for k in added if k in BY_THE_BELT}
-        return {k: (rows[:, at, ends], stretched.get(k, {})) for k, rows in added.items()}
+        return {
+            k: (
+                response_by_change(span, case, k)[:, at, ends],
+                vars(stretch_response(span, k)) if k in BY_THE_BELT else {},
+            )
+            for k in dict.fromkeys(PLACE_KINDS[kind].relative for kind in RELATIVE)
+        }
 
     many = jax.vmap(one, in_axes=(None, Case(rig=None, belt=None, settings=0)))  # type: ignore[arg-type]
     return StoredProgram(many, program_key("span changes", model, classes), brief=True)

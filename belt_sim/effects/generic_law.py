@@ -222,7 +222,7 @@ def _influence(self, span, case):
         dict.fromkeys(t.place.relative for _, t in self.terms(*RELATIVE) if t.place.is_stretch == stretch)
         for stretch in (False, True)
     )
-    changes = response_by_change(span, case, [*whole])
+    changes = {kind: response_by_change(span, case, kind) for kind in whole}
     return response(span), changes, {kind: stretch_response(span, kind) for kind in stretches}
 
 

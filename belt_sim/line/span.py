@@ -12,7 +12,6 @@ Where a side force shears the strip (Timoshenko), kappa = theta' + Z phi with th
 y' = theta - shear EI kappa'. Then K^2 = (F/EI)/(1 + shear F), and shear EI/L^2 is a third number.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -147,26 +146,20 @@ def with_change(span, case: Case, kind: str, share):
     return replace(span, force=force, torsion=torsion, sag_curvature=sag_curvature, fields=None)
 
 
-def response_by_change(span: Span, case: Case, kinds: Sequence[str]) -> dict[str, jax.Array]:
-    """What a relative change of each of ``kinds`` adds to the curvature at run-up and run-off and to the roll at
-    mid-span, per unit of the boundary values of a span, (7, 3, 5): coefficients of powers 1 to 7 of ``log_of_change``,
-    with the slope at no change and through what the changes CHANGES do. The kinds are rows of one computation."""
+def response_by_change(span: Span, case: Case, kind: str) -> jax.Array:
+    """What a relative change of ``kind`` adds to the curvature at run-up and run-off and to the roll at mid-span, per
+    unit of the boundary values of a span, (7, 3, 5): coefficients of powers 1 to 7 of ``log_of_change``, with the slope
+    at no change and through what the changes CHANGES do."""
 
-    def rows(own, logarithm):
-        changed, share = span, jnp.expm1(logarithm)
-        for kind, acts in zip(kinds, own, strict=True):
-            changed = with_change(changed, case, kind, acts * share)
-        answer = response(changed)
+    def rows(logarithm):
+        answer = response(with_change(span, case, kind, jnp.expm1(logarithm)))
         return jnp.stack([answer.runup, answer.runoff, answer.mid_tilt])
 
-    def coefficients(own):
-        at = jnp.array((0.0, *CHANGES))
-        values, slopes = jax.vmap(lambda x: jax.jvp(partial(rows, own), (x,), (1.0,)))(at)
-        does = values[1:] - values[0] - at[1:, None, None] * slopes[0]
-        bent = np.linalg.inv(np.array(CHANGES)[:, None] ** np.arange(2, 8))
-        return jnp.concatenate([slopes[:1], jnp.tensordot(bent, does, axes=1)])
-
-    return dict(zip(kinds, jax.vmap(coefficients)(jnp.eye(len(kinds))), strict=True)) if kinds else {}
+    at = jnp.array(CHANGES)
+    none, slope = jax.jvp(rows, (0.0,), (1.0,))
+    does = jax.vmap(rows)(at) - none - at[:, None, None] * slope
+    bent = np.linalg.inv(np.array(CHANGES)[:, None] ** np.arange(2, 8))
+    return jnp.concatenate([slope[None], jnp.tensordot(bent, does, axes=1)])
 
 
 def log_of_change(change, xp=jnp):
