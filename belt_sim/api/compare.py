@@ -83,8 +83,8 @@ def compare(
 
     common: dict[str, Any] = {"base_model": chosen.name, "campaign": label(campaign), "effects": acting}
     common |= {"steady": tuple(steady), "provenance": provenance(config) | {"data_sha256": campaign.sha256}}
-    said = f"with these effects the rate of {words.join_words([*dict.fromkeys(moving)])} does not settle: the one "
-    beyond = (f"{said}after {STEADY_TRAVELS[-1]:g} m is shown",) if moving else ()
+    said = f"with these effects the rate of {words.join_words([*dict.fromkeys(moving)])} has not settled after "
+    beyond = (f"{said}{STEADY_TRAVELS[-1]:g} m, where it is taken",) if moving else ()
     if not curves and steady:
         return Comparison(**common, error=None, where=None, per_run=(), beyond=beyond)
 

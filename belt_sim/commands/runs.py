@@ -320,11 +320,12 @@ def input_hashes(config: Any) -> dict[str, str]:
             path = Path(value)
             if str(path) in found:
                 continue
-            with suppress(OSError, ValueError, SyntaxError):  # no file; a run that cannot read it says so
+            with suppress(OSError, ValueError):  # no file; a run that cannot read it says so
                 found[str(path)] = file_hash(path)
                 if path.suffix == ".py":
                     finder = ModuleFinder([str(path.parent), os.getcwd()], excludes=["belt_sim"])
-                    finder.run_script(str(path))
+                    with suppress(Exception):  # what it cannot follow; the modules found so far count
+                        finder.run_script(str(path))
                     files = [getattr(module, "__file__", None) for module in finder.modules.values()]
                     found |= {file: file_hash(Path(file)) for file in files if file}
                 elif path.suffix in (".yaml", ".yml"):

@@ -205,12 +205,12 @@ def title_of(cls: type[Effect]) -> str:
 
 def effects_in(module) -> list[type[Effect]]:
     """Return the effect classes that a module itself defines, and those that lack the decorator: a base of others, and
-    beside a complete class one that declares no numbers, are helpers."""
+    beside a complete class one that declares neither numbers nor an id, are helpers."""
     own = [v for v in vars(module).values() if isinstance(v, type) and v.__module__ == module.__name__]
     own = [c for c in own if issubclass(c, Effect)]
     complete = [c for c in own if "declared" in vars(c)]
     for c in (c for c in own if c not in complete and not c.__subclasses__()):
-        numbers = {"parameters", "alike", "__dataclass_fields__"} & {*vars(c)}
-        if numbers or not complete or any(isinstance(v, Field) for v in vars(c).values()):
+        declares = {"id", "law", "parameters", "alike", "__dataclass_fields__"} & {*vars(c)}
+        if declares or not complete or any(isinstance(v, Field) for v in vars(c).values()):
             complete.append(c)
     return complete

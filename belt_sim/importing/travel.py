@@ -125,7 +125,7 @@ def running_speeds(speeds: np.ndarray, travel: np.ndarray) -> np.ndarray:
     there = np.isfinite(speeds)
     moves = there & (np.gradient(travel) > 0.0)
     found = speeds[moves if moves.any() else there]
-    return found[np.abs(found) > CREEPS * np.abs(found).max(initial=0.0)]
+    return found[np.abs(found) > CREEPS * np.quantile([*np.abs(found), 0.0], 0.9)]  # whatever single readings say
 
 
 def usual_speeds(way: Travel, logged: np.ndarray | None) -> list[float]:

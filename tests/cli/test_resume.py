@@ -142,3 +142,13 @@ def test_every_swept_key_has_its_column(belt):
     assert set(zip(table["rig.centre_distance"], table["belt.width"], strict=True)) == {
         (5.0, 0.2), (5.0, 0.3), (6.0, 0.2), (6.0, 0.3)
     }  # fmt: skip
+
+
+def test_imports_that_cannot_be_followed_hide_no_others(tmp_path):
+    own = tmp_path / "own.py"
+    (tmp_path / "lib").mkdir()  # without __init__.py
+    (tmp_path / "lib" / "sizes.py").write_text("SIZE = 1.0\n")
+    (tmp_path / "before.py").write_text("ONE = 1.0\n")
+    own.write_text("import before\nfrom lib.sizes import SIZE\n")
+    found = runs.input_hashes({"effects": [{"id": str(own)}]})
+    assert {str(own), str(tmp_path / "before.py")} <= {*found}

@@ -84,6 +84,9 @@ def test_a_helper_beside_an_effect_needs_no_decorator(tmp_path):
     hook, helper = RUNUP + "        return runup\n", "\n\nclass Mixin(Effect):\n    width = 3.0\n"
     path.write_text(f"{text}\n{hook}{helper}", encoding="utf-8")
     assert [e.id for e in load_effects([{"id": str(path), "load": 0.1}])] == ["mine_helped"]
+    path.write_text(f'{text}\n{hook}{helper}    id = "forgot"\n', encoding="utf-8")
+    with pytest.raises(InputError, match="write @effect above the class Mixin"):
+        load_effects([{"id": str(path), "load": 0.1}])
 
 
 @pytest.mark.parametrize(

@@ -278,6 +278,7 @@ def test_a_speed_beside_a_travel_is_that_of_the_running_belt(tmp_path, sign):
     stands = np.zeros(len(L.travel) + 100)
     columns = [np.r_[stands, L.travel], np.r_[stands, 0.0 * L.travel + 0.7 * sign], np.r_[stands + L.y1[0], L.y1]]
     columns[1][: len(stands) : 2] -= 0.02 * sign  # of a tachometer at rest
+    columns[1][-3] = -90.0 * sign  # a reading that is wrong
     (run,) = proposal(tmp_path / "a.csv", ["travel [m]", "speed [m/s]", "y1 [mm]"], columns).complete().runs
     assert (run.speed, run.direction) == (0.7, sign)
 
