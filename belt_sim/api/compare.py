@@ -61,7 +61,7 @@ def compare(
     acting = effects_of(effects)
     refuse_effects(chosen, acting)
 
-    # late rates in steady.csv: modelled by the closed form, or by runs as long as it takes where effects act
+    # late rates in steady.csv: modelled by the closed form, or where effects act by runs until they settle
     steady, moving, runs = [], [], {r.name: r for r in campaign.runs}
     for stated in campaign.steady:
         run, u = runs[stated.run], stated.u

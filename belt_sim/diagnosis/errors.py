@@ -282,7 +282,7 @@ def run_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> tuple
     floor = validation_uncertainty(bench)
     rows = []
     for r, (run, travel) in enumerate(zip(bench.samples.runs, bench.samples.travel, strict=True)):
-        own = np.append(True, np.diff(travel) > 0.0)  # shorter records are padded
+        own = _unpadded(travel)
         for s, signal in enumerate(bench.samples.signals):
             y = bench.samples.y[r, s]
             if not np.isfinite(y).any():
@@ -460,11 +460,16 @@ def find_faults(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspi
     return seen if any(s.severity == "stop" for s in seen) else (*find_misread_run(bench, values), *seen)
 
 
+def _unpadded(travel: np.ndarray) -> np.ndarray:
+    """Which of (n,) readings are a run's own, bool: a shorter record is filled up with its last travel."""
+    return np.append(True, np.diff(travel) > 0.0)
+
+
 def residual_campaign(bench: Workbench, values: np.ndarray) -> Campaign:
     """The campaign with what ``values`` (R, S, n) leave of its readings in their place."""
     samples, runs = bench.samples, []
     for run, travel, rest in zip(samples.runs, samples.travel, samples.y - values, strict=True):
-        own = np.append(True, np.diff(travel) > 0.0)  # shorter records are padded
+        own = _unpadded(travel)
         signals = {s.name: y[own] for s, y in zip(samples.signals, rest, strict=True) if s.name in run.signals}
         runs.append(replace(run, travel=travel[own], time=None, signals=signals))
     return replace(bench.campaign, runs=tuple(runs))
