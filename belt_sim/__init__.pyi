@@ -3,8 +3,8 @@
 from belt_sim import mjx as mjx
 from belt_sim.api.campaigns import import_files as import_files
 from belt_sim.api.check import check as check
+from belt_sim.api.check import check_effect as check_effect
 from belt_sim.api.compare import compare as compare
-from belt_sim.api.inference import check_effect as check_effect
 from belt_sim.api.inference import diagnose as diagnose
 from belt_sim.api.inference import discover as discover
 from belt_sim.api.inference import fit as fit

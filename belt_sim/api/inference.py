@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from belt_sim.api.check import admit
 from belt_sim.api.compare import parameter_vector, validity_warnings
 from belt_sim.api.simulate import (
     ModelSpec,
@@ -21,7 +22,6 @@ from belt_sim.api.simulate import (
 )
 from belt_sim.campaign import Campaign, suspicions
 from belt_sim.campaign.kinematics import check_repeats
-from belt_sim.diagnosis.admission import admit
 from belt_sim.diagnosis.decide import POLICY, probability_of_unknown
 from belt_sim.diagnosis.describe import describe, drawings_of, final_model, rivals
 from belt_sim.diagnosis.drawings import machine_of, overlays
@@ -180,19 +180,6 @@ def discover(
     beside = f"beside {words.join_words([e.id for e in acting])}" if acting else "and no effect of the catalogue"
     only = f"Only a law was sought, {beside}: one or two known effects may explain as much. bs.diagnose tries them."
     return replace(said, limits=(*said.limits, only))
-
-
-def check_effect(
-    effect: type[Effect] | str | Path, model: ModelSpec = "strip", campaign: Campaign | str | Path = "slack_belt"
-) -> tuple[str, ...]:
-    """What the test of an effect of one's own says, a line each: null limit, parity, exponent, look-alikes.
-
-    effect: a class or a .py file; it is tried on the machine and the runs of ``campaign``. Raises InputError naming the
-    first thing that is wrong.
-    """
-    chosen, read = fitted_model(model), campaign_of(campaign)
-    classes = candidates_of([effect if isinstance(effect, type) else str(effect)], chosen)
-    return tuple(line for cls in classes for line in admit(cls, chosen, read))
 
 
 REJECTED = 1e-3  # probability of so large a chi2, below which the model does not describe the readings

@@ -1,6 +1,7 @@
 """Many cases at once: ``bs.sweep`` marches a grid of cases side by side and returns a table, a row a case."""
 
 import copy
+import os
 import re
 from bisect import bisect_left
 from collections.abc import Callable, Mapping, Sequence
@@ -8,12 +9,14 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from itertools import product
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import jax
 import jax.numpy as jnp
 import numpy as np
+import pandas as pd
 
+from belt_sim.api.plot import Picture, plot
 from belt_sim.api.simulate import (
     Model,
     effects_of,
@@ -37,11 +40,6 @@ from belt_sim.model import AnalyticModel
 from belt_sim.results.simulation import POINT_NUMBERS, SHARE_BEFORE, agree, settled_before
 from belt_sim.settings import case_from, group_from, make_settings
 from belt_sim.units import DEGREE, MM, MM_PER_M, N_PER_MM2
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-    from belt_sim.api.table import SweepTable
 
 #: setting -> (name of its column, what one unit is in SI)
 SWEPT_SETTINGS = {
@@ -74,6 +72,34 @@ class Axis:
     unit: float
 
 
+class SweepTable(pd.DataFrame):
+    """A table of ``bs.sweep``; what is made of it (parts, copies) is pandas' own."""
+
+    @property
+    def _constructor(self) -> type[pd.DataFrame]:
+        return pd.DataFrame
+
+    def __repr__(self) -> str:
+        """What varies, the late rates (without them the steady one) and whether they have settled, in 80 columns."""
+        rates, models = {f"rate{k}_mm_per_m": f"rate{k}" for k in (1, 2, 3, 4)}, self.get("model", pd.Series()).unique()
+        there = [*rates, "settled"] if "rate1_mm_per_m" in self else ["steady_rate_mm_per_m"]
+        shown = [*self.attrs.get("axes", ()), *["model"] * (len(models) > 1), *there]
+        few = self.to_pandas()[[c for c in shown if c in self]].rename(columns=rates)
+        with pd.option_context("display.max_columns", None, "display.show_dimensions", False, "display.precision", 4):
+            lines = [repr(few), f"{'rates in mm per m of travel; ' * ('rate1' in few)}model {', '.join(models)}"]
+        return "\n".join([*lines, f"{len(self)} rows, {len(self.columns)} columns in all: list(table)"])
+
+    def to_pandas(self) -> pd.DataFrame:
+        """The whole table as pandas' own DataFrame."""
+        return self.copy()
+
+    def plot(  # type: ignore[override]
+        self, path: str | os.PathLike[str] | None = None, *, kind: str | None = None, dpi: float | None = None
+    ) -> Picture:
+        """The picture of ``bs.plot``."""
+        return plot(self, path, kind=kind, dpi=dpi)
+
+
 def sweep(
     *,
     tension: Any = None,
@@ -90,7 +116,7 @@ def sweep(
     at: Sequence[float] | None = None,
     workers: int | None = None,
     tell: Callable[[float], None] = lambda share: None,
-) -> "SweepTable":
+) -> SweepTable:
     """A table of the grid of all values, a row a case: late rates, positions, offsets, overshoot, slackest edge,
     whether the rates have settled.
 
@@ -137,8 +163,6 @@ def sweep(
             found = _in_chunks(work, values[rows], 1, 1, lambda cases: tell(cases / count))
         for column, numbers in zip(names, found.T, strict=True):
             told.setdefault(column, np.full(count, np.nan))[rows] = numbers
-    from belt_sim.api.table import SweepTable
-
     if "settled" in told:
         told["settled"] = told["settled"] == 1.0
     table = SweepTable(dict(zip((a.column for a in axes), columns, strict=True)) | {"model": chosen} | told)
@@ -229,7 +253,7 @@ class SweepGrid:
         """The case and the effects at a point (axes,), in the units of the axes."""
         return place_values(self.case, self.effects, self.keys, np.array(point) * [a.unit for a in self.axes])
 
-    def beyond(self, table: "pd.DataFrame", model: Any) -> list[str]:
+    def beyond(self, table: pd.DataFrame, model: Any) -> list[str]:
         """A sentence for each limit that cases are used beyond, and that rows have left.
 
         Asked are the corners and ``CASES_ASKED`` rows at random, as they are and with all axes but one at an end: a

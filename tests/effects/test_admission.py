@@ -10,7 +10,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[1] / "diagnose"))
 from small_campaign import MODEL, campaign
 
-from belt_sim.diagnosis import admission
+from belt_sim.api import check
 from belt_sim.effects.base import Effect, Parameter, effect, library
 from belt_sim.effects.load import load_classes
 from belt_sim.errors import InputError
@@ -111,7 +111,7 @@ class WrongExponent(Turn):
 )
 def test_what_is_wrong_is_named_in_one_line(cls, says):
     with pytest.raises(InputError, match=says) as caught:
-        admission.admit(cls, MODEL, campaign("nothing"))
+        check.admit(cls, MODEL, campaign("nothing"))
     assert "\n" not in str(caught.value)
 
 
@@ -126,18 +126,18 @@ def test_null_parameters_may_change_the_rounding_where_jax_fuses(share, says, mo
     def declarations(*_):
         raise InputError("effect", "", "", "past the null limit")
 
-    monkeypatch.setattr(admission, "UNFUSED", "not among the flags")
-    monkeypatch.setattr(admission, "march_case", fused)
-    monkeypatch.setattr(admission, "_check_declarations", declarations)
+    monkeypatch.setattr(check, "UNFUSED", "not among the flags")
+    monkeypatch.setattr(check, "march_case", fused)
+    monkeypatch.setattr(check, "_check_declarations", declarations)
     with pytest.raises(InputError, match=says):
-        admission.admit(library()["taper"], MODEL, campaign("nothing"))
+        check.admit(library()["taper"], MODEL, campaign("nothing"))
 
 
 def test_the_worked_example_is_admitted(monkeypatch):
     few = {i: c for i, c in library().items() if i in ("taper", "sensor_gain")}  # all of them compile for half a minute
-    monkeypatch.setattr(admission, "library", lambda: few)
+    monkeypatch.setattr(check, "library", lambda: few)
     wind = load_classes([str(MODEL_FOLDER / "effects" / "wind.py")])["wind"]
-    lines = admission.admit(wind, MODEL, campaign("nothing"))
+    lines = check.admit(wind, MODEL, campaign("nothing"))
     assert all(line.startswith("wind: ") for line in lines)
     assert "bit for bit" in lines[0]
     assert "even in yaw, as declared" in lines[1]

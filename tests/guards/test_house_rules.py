@@ -87,7 +87,7 @@ STOREYS = (
         "errors",
         "drawings",
     ),
-    *("decide", "search", "examine", "next_run", "describe", "foresight", "admission"),
+    *("decide", "search", "examine", "next_run", "describe", "foresight"),
 )
 
 
