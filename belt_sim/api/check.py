@@ -1,5 +1,5 @@
-"""Checks before a diagnosis: what a campaign, or the plan of one, can tell of a model; whether an effect of one's own is
-what it declares (null limit, declarations, parity, exponent, collinearity)."""
+"""Checks before a diagnosis: what a campaign, or the plan of one, can tell of a model; whether an effect of one's own
+is what it declares (null limit, declarations, parity, exponent, collinearity)."""
 
 import os
 from dataclasses import replace
@@ -14,7 +14,6 @@ from belt_sim.campaign import Campaign, Run, case_of
 from belt_sim.campaign.folder import is_plan, read_begun, read_plan
 from belt_sim.case import Case
 from belt_sim.curves import late_rates
-from belt_sim.diagnosis.drawings import label, machine_of
 from belt_sim.diagnosis.fit import basis
 from belt_sim.diagnosis.foresight import find_doubts, free_starts, pairs, visible
 from belt_sim.diagnosis.linearisation import linearise_effects
@@ -26,7 +25,7 @@ from belt_sim.jax_setup import UNFUSED, one_blas_thread
 from belt_sim.line.hooks import call_hook, indicate
 from belt_sim.line.march import march_case
 from belt_sim.line.spans import Composition
-from belt_sim.results.errors import Check, Doubt
+from belt_sim.results.errors import CampaignLabel, Check, Doubt
 from belt_sim.scene_parts import SceneParts
 from belt_sim.settings import BOUNDS
 
@@ -73,7 +72,7 @@ def check(
     chosen = fitted_model(campaign_model(model, read))
     read, running = (read, ()) if planned else free_starts(read, chosen)
     found = find_doubts(read, chosen, planned=planned, known=running)
-    common: dict[str, Any] = {"campaign": label(read), "base_model": chosen.name, "planned": planned}
+    common: dict[str, Any] = {"campaign": CampaignLabel.of(read), "base_model": chosen.name, "planned": planned}
     common |= {"runs": tuple(r.name for r in read.runs), "missing": tuple(r.name for r in missing)}
     common |= {"provenance": provenance(config) | {"data_sha256": read.sha256}}
     if not any(len(r.travel) for r in read.runs) or not any(s.kind == "lateral" for s in read.signals):
@@ -83,7 +82,7 @@ def check(
     seen = visible(bench, fit)
     alike = tuple(pairs(bench, fit, seen, advise=advise))
     return Check(
-        **common, noise=bench.levels.sentence, doubts=found, visible=tuple(seen), pairs=alike, machine=machine_of(bench)
+        **common, noise=bench.levels.sentence, doubts=found, visible=tuple(seen), pairs=alike, machine=bench.machine
     )
 
 
@@ -136,9 +135,9 @@ def admit(cls: type[Effect], model: Composition, campaign: Campaign) -> list[str
     pairs = [pair for two in ((without, within), read) for pair in zip(*map(jax.tree.leaves, two), strict=True)]
     parts = SceneParts.from_case(case)
 
-    def alike(a, b):
+    def alike(a: np.ndarray, b: np.ndarray) -> bool:
         near = not exact and np.shape(a) == np.shape(b) and np.allclose(a, b, rtol=0.0, atol=ROUNDING * np.abs(a).max())
-        return near or np.array_equal(a, b)
+        return bool(near) or np.array_equal(a, b)
 
     if not all(alike(a, b) for a, b in pairs) or call_hook(null, "scene", parts, case) != parts:
         raise InputError(f"{cls.id}.null()", "changes the curves", "", "every hook must return its input when null")
@@ -168,10 +167,9 @@ def _contribution(cls: type[Effect], model: Composition, case: Case) -> np.ndarr
     """What the effect at its scale adds to y at points 1-4 as a sensor reads it, shape (4, n)."""
     at_scale = cls(**{n: p.scale for n, p in cls.parameters.items()})
     curves = march_case(case, model, (at_scale,), travel=TRIED_TRAVEL)
-    return (
-        np.asarray(indicate(curves, case, (at_scale,), curves.travel).y)
-        - march_case(case, model, travel=TRIED_TRAVEL).y
-    )
+    without = march_case(case, model, travel=TRIED_TRAVEL)
+    added: np.ndarray = np.asarray(indicate(curves, case, (at_scale,), curves.travel).y) - np.asarray(without.y)
+    return added
 
 
 def _check_declarations(cls: type[Effect], model: Composition, case: Case) -> list[str]:

@@ -21,8 +21,14 @@ from belt_sim.api.simulate import (
 from belt_sim.campaign import Campaign, case_of, leave_out_bad_readings
 from belt_sim.campaign.types import sensor_place
 from belt_sim.curves import late_rates
-from belt_sim.diagnosis.drawings import drawings, label
-from belt_sim.diagnosis.errors import error_map, locate_failure, overall_errors, run_errors
+from belt_sim.diagnosis.errors import (
+    drawings,
+    error_map,
+    locate_failure,
+    overall_errors,
+    run_errors,
+    stiffness_drift,
+)
 from belt_sim.diagnosis.workbench import Workbench, workbench
 from belt_sim.effects.base import Effect
 from belt_sim.errors import SimulationError
@@ -31,7 +37,7 @@ from belt_sim.jax_setup import one_blas_thread
 from belt_sim.line.march import march_case
 from belt_sim.model import AnalyticModel
 from belt_sim.results import words
-from belt_sim.results.errors import Comparison, Drawings, SteadyError
+from belt_sim.results.errors import CampaignLabel, Comparison, Drawings, SteadyError
 
 if TYPE_CHECKING:
     from belt_sim.results.diagnosis import FoundEffect
@@ -81,7 +87,7 @@ def compare(
             own: dict[str, Any] = {"run": run.name, "tension": run.tension, "u": u, "point": point + 1}
             steady.append(SteadyError(**own, measured=measured, modelled=rate, ratio=abs(rate - measured) / u))
 
-    common: dict[str, Any] = {"base_model": chosen.name, "campaign": label(campaign), "effects": acting}
+    common: dict[str, Any] = {"base_model": chosen.name, "campaign": CampaignLabel.of(campaign), "effects": acting}
     common |= {"steady": tuple(steady), "provenance": provenance(config) | {"data_sha256": campaign.sha256}}
     said = f"with these effects the rate of {words.join_words([*dict.fromkeys(moving)])} has not settled after "
     beyond = (f"{said}{STEADY_TRAVELS[-1]:g} m, where it is taken",) if moving else ()
@@ -91,7 +97,7 @@ def compare(
     bench = workbench(campaign, fitted_model(chosen), [type(e) for e in acting])
     base, final = bench.forward.null(), parameter_vector(bench, acting)
     before, after = bench.forward.values(np.stack([base, final]))
-    shown = (bench, final, after) if acting else None
+    drifts = [stiffness_drift(bench, vector) for vector in ([base, final] if acting else [base])] if drawn else []
     limits = validity_warnings(campaign, fitted_model(chosen), acting)
     besides = f" with {words.join_words([e.id for e in acting])}" if acting else ""
     return Comparison(
@@ -99,7 +105,7 @@ def compare(
         error=overall_errors(bench, before, after),
         where=locate_failure(error_map(bench, after), f"Model {chosen.name}{besides}"),
         per_run=run_errors(bench, before, after),
-        drawings=drawings((bench, base, before), shown, mapped=after) if drawn else Drawings(),
+        drawings=drawings(bench, before, after if acting else None, after, *drifts) if drawn else Drawings(),
         beyond=(*map(str, leave_out_bad_readings(campaign)[1]), *limits, *beyond),
     )
 

@@ -23,10 +23,8 @@ from belt_sim.api.simulate import (
 from belt_sim.campaign import Campaign, suspicions
 from belt_sim.campaign.kinematics import check_repeats
 from belt_sim.diagnosis.decide import POLICY, probability_of_unknown
-from belt_sim.diagnosis.describe import describe, drawings_of, final_model, rivals
-from belt_sim.diagnosis.drawings import machine_of, overlays
-from belt_sim.diagnosis.errors import free_zeros
-from belt_sim.diagnosis.examine import BOOTSTRAPS, compile_ahead, examine
+from belt_sim.diagnosis.describe import describe, drawings_of, rivals
+from belt_sim.diagnosis.examine import BOOTSTRAPS, compile_ahead, examine, free_zeros
 from belt_sim.diagnosis.fit import Fit, covariance_root, step_bounds
 from belt_sim.diagnosis.foresight import forget_layout, free_starts, sheet_evidence
 from belt_sim.diagnosis.next_run import next_runs
@@ -112,10 +110,7 @@ def diagnose(
             told += [replace(e.suspicion, kind="travel") for e in turned]  # it explains less than the effects
             findings = replace(findings, suspicions=(*findings.suspicions, *told))
         stages(bootstraps, "")
-        drawn, final = drawings_of(findings), final_model(findings)[1]
-        if final is not findings.named:  # no effect, but a law: its curves are drawn
-            drawn = replace(drawn, overlays=overlays(findings.bench, findings.nothing.values, final.values))
-        found = replace(describe(findings, seed=seed, config=config), admitted=tuple(admitted), drawings=drawn)
+        found = replace(describe(findings, seed=seed, config=config), drawings=drawings_of(findings))
         if {cls.id for cls in candidates_of(None, chosen)} - {cls.id for cls in classes}:
             found = replace(found, asked_for=len(classes))
         if findings.law is not None:
@@ -128,7 +123,7 @@ def diagnose(
         if advise and (alike := rivals(findings)):
             tell_stage("choosing the best further run")
             runs = next_runs(findings.fitted_bench, findings.named, alike)
-        return replace(found, beyond=limits, next_runs=tuple(runs))
+        return replace(found, admitted=tuple(admitted), beyond=limits, next_runs=tuple(runs))
 
 
 def beside_points(campaign: Campaign) -> list[str]:
@@ -254,7 +249,7 @@ def _fit_notes(bench: Workbench, found: Fit, names: Sequence[str], scales: np.nd
     down, up = step_bounds(found, bench.forward.sides)
     notes += [f"{n} is at its bound" for n, a, b in zip(names, down, up, strict=True) if a >= 0.0 or b <= 0.0]
     root, acting = covariance_root(found.columns), bench.forward.effects_at(found.vector, found.ids)
-    units = _units(acting, machine_of(bench))
+    units = _units(acting, bench.machine)
     shop = np.array([units[n][0] for n in names]) * scales
     apart: set[int] = set()
     for group in inseparable_numbers(bench.forward, found):
@@ -338,5 +333,5 @@ def fit(campaign: Campaign | str | Path, effects: Any, model: ModelSpec | None =
         unbound=tuple(n for n, u, most in zip(names, spread, known, strict=True) if u > most),
         notes=(*map(str, running), *left_out, *_fit_notes(bench, found, names, scales, degrees)),
         rms=(rms[0], rms[1]),
-        machine=machine_of(bench),
+        machine=bench.machine,
     )

@@ -146,7 +146,7 @@ def _pictures_of_inference(result: Any) -> dict[str, Draw]:
         titled = f"Where {_model_words(result.base_model)} fails: {result.campaign.title}"
         there["where"] = partial(pictures.where_map_picture, maps=drawn.maps, title=titled)
         if drawn.drifts:
-            titled = f"{drawn.drifts[0][0].parameter} fitted at each tension"
+            titled = f"{drawn.drifts[0].parameter} fitted at each tension"
             there["drift"] = partial(pictures.drift_chart_picture, drifts=drawn.drifts, title=titled, names=names)
     if isinstance(result, Diagnosis):
         first = [p for p in drawn.overlays if p.run == result.where.worst.run][:2]

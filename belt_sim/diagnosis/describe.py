@@ -10,17 +10,17 @@ from belt_sim.campaign import Suspicion
 from belt_sim.campaign.kinematics import check_running_start
 from belt_sim.campaign.quality import counted_from_yaw, records_of
 from belt_sim.diagnosis.decide import POLICY, needed_gain
-from belt_sim.diagnosis.drawings import drawings, label
 from belt_sim.diagnosis.errors import (
+    drawings,
     error_map,
     errors_of,
     held_out,
     lateral_rms,
     locate_failure,
-    residual_campaign,
     run_errors,
+    stiffness_drift,
 )
-from belt_sim.diagnosis.examine import Findings
+from belt_sim.diagnosis.examine import Findings, residual_campaign
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.next_run import Rival, separation
 from belt_sim.diagnosis.plausibility import estimates, estimates_of_single_sizes, is_plausible, profile_intervals
@@ -41,16 +41,17 @@ from belt_sim.results.diagnosis import (
     Unknown,
     Verdict,
 )
-from belt_sim.results.errors import Drawings
+from belt_sim.results.errors import CampaignLabel, Drawings
 from belt_sim.results.estimates import Estimate
 from belt_sim.results.words import join_words
 
 
 def drawings_of(d: Findings) -> Drawings:
     """Everything that a diagnosis draws: base model and final model, and where the base model fails."""
-    base, chosen = d.nothing, d.named
-    final = (d.fitted_bench, chosen.vector, chosen.values) if chosen.ids else None
-    return drawings((d.bench, base.vector, base.values), final, mapped=base.values)
+    base, final = d.nothing, final_model(d)[1]
+    after = final.values if d.named.ids or final is not d.named else None  # effects, or a law
+    drifts = [(d.bench, base.vector), *([(d.fitted_bench, d.named.vector)] if d.named.ids else [])]
+    return drawings(d.bench, base.values, after, base.values, *(stiffness_drift(*one) for one in drifts))
 
 
 # From findings to the result: what a diagnosis hands out.
@@ -92,7 +93,7 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
     white, wander = (float(np.exp(np.mean(np.log(x)))) for x in (bench.levels.white, bench.levels.wander))
     return Diagnosis(
         base_model=name,
-        campaign=label(campaign),
+        campaign=CampaignLabel.of(campaign),
         verdict=decision.verdict,
         sentence=sentence,
         effects=effects,

@@ -1,24 +1,34 @@
-"""Errors of a model on a campaign: on left-out conditions, run by run, where they are largest; and damaged readings."""
+"""Errors of a model on a campaign: on left-out conditions, run by run, where they are largest; and drawn."""
 
-from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import product
 from statistics import NormalDist
 
 import numpy as np
 
-from belt_sim.campaign import Campaign, Suspicion
-from belt_sim.campaign.quality import check_starts, counted_from_yaw, records_of
 from belt_sim.curves import Curves, late_rates
-from belt_sim.diagnosis.fit import Fit, bounded_step, step_bounds
-from belt_sim.diagnosis.noise import FREE_ZERO, metric_of, zero_sigmas
+from belt_sim.diagnosis.fit import Fit, bounded_step, fit_sets, step_bounds
+from belt_sim.diagnosis.noise import metric_of, zero_sigmas
 from belt_sim.diagnosis.plausibility import prior_sigma
 from belt_sim.diagnosis.samples import Samples, zero_is_read
 from belt_sim.diagnosis.workbench import Workbench
-from belt_sim.results.errors import UNIT_OF_KIND, Change, Errors, OwnChange, RunError, Where, Worst
+from belt_sim.jax_setup import map_in_threads
+from belt_sim.results.errors import (
+    UNIT_OF_KIND,
+    Change,
+    Drawings,
+    Drift,
+    Errors,
+    FailureMap,
+    OwnChange,
+    Panel,
+    RunError,
+    Where,
+    Worst,
+)
 from belt_sim.results.words import KILO
-from belt_sim.units import N_PER_MM2
+from belt_sim.units import DEGREE, N_PER_MM2
 
 # Held-out error: whole conditions (a tension, a sign of yaw) are left out, the rest is refitted, they are predicted.
 #
@@ -282,7 +292,7 @@ def run_errors(bench: Workbench, before: np.ndarray, after: np.ndarray) -> tuple
     floor = validation_uncertainty(bench)
     rows = []
     for r, (run, travel) in enumerate(zip(bench.samples.runs, bench.samples.travel, strict=True)):
-        own = _unpadded(travel)
+        own = np.append(True, np.diff(travel) > 0.0)  # a shorter record is filled up with its last travel
         for s, signal in enumerate(bench.samples.signals):
             y = bench.samples.y[r, s]
             if not np.isfinite(y).any():
@@ -391,130 +401,105 @@ def errors_of(base_bench: Workbench, base: Fit, bench: Workbench, fit: Fit) -> E
     )
 
 
-# What looks wrong in a campaign once the model's own path is taken off its readings.
+# What a comparison or a diagnosis has to draw, in the units people read: overlays, maps, drift charts.
 
 
-CLEARED = 30.0  # chi2 that one record read another way has to clear; no chance among all records does that
-ALONE = 0.1  # share of it that the same may clear in another run: what an effect does, it does in several
-NOISE_SIGMAS = 4.0  # sigmas of its chi2 that the run may then still be from what noise makes of it
-UNLIKE = 1e-3  # m between the places where runs began, from which what acts by the place may act in one of them alone
-UNDONE = 0.5  # share of the chi2 beyond noise that a turned sign must at least account for
-#: Share of the chi2 cleared that may stay beside that: settings and noise levels are not known exactly.
-SHARE_LEFT = 0.05
-
-
-def free_zeros(campaign: Campaign, suspicions: Sequence[Suspicion]) -> Campaign:
-    """The campaign with any zero allowed to signals whose runs begin further from zero than the sheet allows."""
-    free = {name for s in suspicions if s.kind == "zero" for name in s.signals}
-    signals = tuple(replace(s, zero=max(s.zero, FREE_ZERO)) if s.name in free else s for s in campaign.signals)
-    return replace(campaign, signals=signals) if free else campaign
-
-
-def confirm_signs(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
-    """``suspicions`` of the data by themselves, each sign judged by what is left beside ``values`` (R, S, n) once it is
-    turned back.
-
-    A sign that accounts for less than half is to be looked at only: a fault of the machine larger than the yaw turns
-    readings as well. A column that was to be looked at stops the diagnosis where noise is all that is left.
-    """
-    samples, found = bench.samples, list(suspicions)
-    lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
-    for n, told in enumerate(suspicions):
-        runs = [r for r, run in enumerate(samples.runs) if told.run in (None, run.name) and run.use == "fit"]
-        if told.kind != "wrong_sign" or not runs:
-            continue
-        before = float(np.sum(_excess_chi2(bench, values, bench.fitted.y)[runs]))
-        own, left = [k for k in lateral if samples.signals[k].name == told.signal], []
-        # of one signal or all, or of the one that fits; a column that is to be looked at by itself
-        for turned in (own, lateral, *([k] for k in lateral)) if told.severity == "stop" else (own,):
-            y = bench.fitted.y.copy()
-            y[np.ix_(runs, turned)] *= -1.0
-            left.append(float(np.sum(_excess_chi2(bench, values, y)[runs])))
-        count = np.isfinite(bench.fitted.y[runs]).sum()
-        if told.severity == "stop" and not min(left) < UNDONE * before:
-            found[n] = replace(told, severity="look")
-        elif told.severity != "stop" and told.run is None and _leaves_noise(left[0], before - left[0], count):
-            found[n] = replace(told, severity="stop")
-    return tuple(found)
-
-
-def _leaves_noise(left: float, cleared: float, count: int) -> bool:
-    """Whether readings, read another way, ``cleared`` more chi2 than chance and have noise ``left``, of ``count``."""
-    return cleared > CLEARED and left - NOISE_SIGMAS * np.sqrt(2.0 * count) < SHARE_LEFT * cleared
-
-
-def _excess_chi2(bench: Workbench, values: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """chi2 of readings y (R, S, n) beyond their number, run by run (R,)."""
-    white = bench.metric.whiten(y - values).reshape(len(y), -1)
-    return np.sum(white**2, axis=1) - np.isfinite(bench.fitted.y).sum(axis=(1, 2))
-
-
-def find_faults(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
-    """What is wrong, worst first: ``suspicions`` of the data by themselves, and what ``values`` (R, S, n) show: runs
-    that do not begin where these do, by more than the sheet's errors allow, and readings that were confused.
-    """
-    seen = confirm_signs(bench, values, suspicions)
-    if all(s.kind == "dropout" and s.severity == "look" for s in seen):  # what was left out says nothing of the rest
-        left = residual_campaign(bench, values)
-        seen = (*seen, *check_starts(left, counted_from_yaw(records_of(left)), curvature_share=0.0))
-    return seen if any(s.severity == "stop" for s in seen) else (*find_misread_run(bench, values), *seen)
-
-
-def _unpadded(travel: np.ndarray) -> np.ndarray:
-    """Which of (n,) readings are a run's own, bool: a shorter record is filled up with its last travel."""
-    return np.append(True, np.diff(travel) > 0.0)
-
-
-def residual_campaign(bench: Workbench, values: np.ndarray) -> Campaign:
-    """The campaign with what ``values`` (R, S, n) leave of its readings in their place."""
-    samples, runs = bench.samples, []
-    for run, travel, rest in zip(samples.runs, samples.travel, samples.y - values, strict=True):
-        own = _unpadded(travel)
-        signals = {s.name: y[own] for s, y in zip(samples.signals, rest, strict=True) if s.name in run.signals}
-        runs.append(replace(run, travel=travel[own], time=None, signals=signals))
-    return replace(bench.campaign, runs=tuple(runs))
-
-
-def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
-    """The run in which a single record with its sign turned, or two exchanged, is all that the model does not explain.
-
-    What a machine does shows in more than one record; what a hand did is undone to within noise. Not so where the belt
-    stood at unlike places: a crown or a guide may act in one record alone, so that the sheet is only to be looked at.
-    """
-    measured, signals = bench.fitted.y, bench.samples.signals
-    before, count = _excess_chi2(bench, values, measured), np.isfinite(measured).sum(axis=(1, 2))
-    gains, found = defaultdict[tuple, list[float]](list), []
+def overlays(bench: Workbench, base: np.ndarray, final: np.ndarray | None) -> tuple[Panel, ...]:
+    """One panel a run and signal; base and final (R, S, n) are predictions before and after."""
+    band = K * validation_uncertainty(bench)
+    panels = []
     for r, run in enumerate(bench.samples.runs):
-        there = [k for k, s in enumerate(signals) if s.kind == "lateral" and np.isfinite(measured[r, k]).any()]
-        ways: list[tuple[Suspicion, np.ndarray]] = []  # what may have been done, and readings with that undone
-        for turned in [[k] for k in there] + ([there] if len(there) > 1 else []):
-            names = (signals[turned[0]].name,) if len(turned) == 1 else ()
-            whose = "its sign" if names else "the sign of its yaw"
-            words = f"fits the model with {whose} turned round, and nothing else in this run is off"
-            read = measured[r].copy()
-            read[turned] *= -1.0
-            ways.append((Suspicion(run=run.name, signals=names, kind="wrong_sign", sentence=words), read))
-        for s, t in combinations(there, 2):
-            if np.array_equal(np.isfinite(measured[r, s]), np.isfinite(measured[r, t])):
-                words = "fit the model with the two exchanged, and nothing else in this run is off"
-                read = measured[r].copy()
-                read[[s, t]] = read[[t, s]]
-                both = (signals[s].name, signals[t].name)
-                ways.append((Suspicion(run=run.name, signals=both, kind="swapped", sentence=words), read))
-        for told, read in ways:
-            y = measured.copy()
-            y[r] = read
-            after = _excess_chi2(bench, values, y)
-            gain = float(np.sum(before - after))
-            gains[told.kind, told.signal].append(gain)
-            if _leaves_noise(after[r], gain, count[r]):
-                found.append((gain, r, told))
+        for s, signal in enumerate(bench.samples.signals):
+            keep = np.isfinite(bench.samples.y[r, s])
+            if not keep.any():
+                continue
+            title = f"{run.name} {signal.name}, {run.tension / N_PER_MM2:g} N/mm², {run.yaw / DEGREE:+.3g}°"
+            panels.append(
+                Panel(
+                    run=run.name,
+                    title=title + ("" if run.use == "fit" else ", held out"),
+                    travel=bench.samples.travel[r][keep],
+                    measured=bench.samples.y[r, s][keep] * KILO,
+                    base=base[r, s][keep] * KILO,
+                    band=band[r, s][keep] * KILO,
+                    final=None if final is None else final[r, s][keep] * KILO,
+                    unit=UNIT_OF_KIND[signal.kind],
+                )
+            )
+    return tuple(panels)
 
-    if len({r for _, r, _ in found}) != 1:
-        return ()  # in several runs: the model lacks something
-    gain, _, told = max(found, key=lambda f: f[0])
-    others = sorted(gains[told.kind, told.signal])[:-1]
-    if max(others, default=0.0) >= ALONE * gain:
-        return ()
-    unlike = np.ptp([run.y0 or 0.0 for run in bench.samples.runs]) > UNLIKE
-    return (replace(told, severity="look") if unlike else told,)
+
+#: Tensions that a map or a chart tells apart.
+MOST_LEVELS = 12
+
+
+def tension_levels(tension: np.ndarray) -> np.ndarray:
+    """Tension (n,) that each is drawn at: its own, or of more than MOST_LEVELS the mean of those close to it."""
+    if len(np.unique(tension)) <= MOST_LEVELS:
+        return tension
+    edges = np.geomspace(tension.min(), tension.max(), MOST_LEVELS + 1)[1:-1]
+    level = np.searchsorted(edges, tension)
+    number = np.maximum(np.bincount(level), 1)
+    return (np.bincount(level, weights=tension) / number)[level]
+
+
+def drawings(
+    bench: Workbench, before: np.ndarray, after: np.ndarray | None, mapped: np.ndarray, *drifts: Drift | None
+) -> Drawings:
+    """before, after: predictions (R, S, n) without and with effects; mapped: predictions that the maps judge, E/u_val
+    over tension and travel windows, one map a signal and yaw sign; drifts: as of ``stiffness_drift``."""
+    found, runs, maps = error_map(bench, mapped), bench.samples.runs, []
+    there, level = np.isfinite(found.rms), np.full(found.rms.shape, np.nan)
+    level[there] = tension_levels(np.array([runs[r].tension / N_PER_MM2 for r in np.nonzero(there)[0]]))
+    signs, ways = np.sign([run.yaw for run in runs]), ((1, "yaw > 0"), (-1, "yaw < 0"), (0, "yaw = 0"))
+    for (s, signal), (sign, name) in product(enumerate(bench.samples.signals), ways):
+        own = there[:, s] & (signs == sign)[:, None]
+        tensions = np.unique(level[:, s][own])
+        if not len(tensions):
+            continue
+        worst = np.full((len(tensions), WINDOWS), np.nan)
+        for r, w in np.argwhere(own):
+            row = np.searchsorted(tensions, level[r, s, w])
+            if not abs(worst[row, w]) > abs(found.ratio[r, s, w]):  # of repeated runs
+                worst[row, w] = found.ratio[r, s, w]
+        maps.append(FailureMap(title=f"{signal.name}, {name}", tension=tensions, edges=found.edges, ratio=worst))
+    drifted, machine = tuple(drift for drift in drifts if drift is not None), bench.machine
+    return Drawings(overlays=overlays(bench, before, after), maps=tuple(maps), drifts=drifted, machine=machine)
+
+
+GPA = 1e9
+LIMIT = 3.0  # a model that asks for more than three times the stated value, or less than a third, is shown there
+
+
+def stiffness_drift(bench: Workbench, vector: np.ndarray) -> Drift | None:
+    """Young's modulus [GPa] that each level of tension asks for by itself; None with fewer than two tensions.
+
+    Only F/EI enters a beam: a wrong tension, width or thickness shows here as well.
+    """
+    stress = tension_levels(np.array([r.tension for r in bench.samples.runs]))
+    tensions = np.unique(stress)
+    if len(tensions) < 2 or not bench.forward.model.moments:
+        return None
+    stated = bench.campaign.belt.youngs_modulus
+    position = len(bench.forward.slots)
+
+    def fitted(t: float) -> tuple[float, float]:
+        which = np.flatnonzero(stress == t)
+        own = bench.fitted.of_runs(which)
+        metric = metric_of(own, bench.levels, bench.shapes[:, which], 0.0 * bench.shared[:, which])
+        fit = fit_sets(bench.forward.of_runs(which), metric, [bench.start((), vector, free=[position])])[0]
+        factor = np.clip(1.0 + fit.vector[position], 1.0 / LIMIT, LIMIT)
+        beyond = factor in (1.0 / LIMIT, LIMIT)  # no interval is drawn about a value off the chart
+        return factor, 0.0 if beyond else min(np.sqrt(fit.covariance[0, 0]), 0.5 * factor)
+
+    # marches of a few rows leave a core idle
+    value, u = (np.array(map_in_threads(fitted, tensions)) * stated.value / GPA).T
+    return Drift(
+        parameter="Young's modulus",
+        unit="GPa",
+        tension=tensions / N_PER_MM2,
+        value=value,
+        u=u,
+        stated=stated.value / GPA,
+        u_stated=stated.u / GPA,
+    )

@@ -1,10 +1,12 @@
-"""A diagnosis from end to end: sets of effects are fitted, what is beyond them is sought, one decision is made."""
+"""A diagnosis from end to end: sets of effects are fitted, what is beyond them is sought, one decision is made; before
+that, what looks wrong in the data is told."""
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
-from itertools import groupby
+from itertools import combinations, groupby
 from typing import Protocol
 
 import jax
@@ -12,6 +14,7 @@ import numpy as np
 
 from belt_sim.campaign import Campaign, SignalSheet, Suspicion, case_of, suspicions
 from belt_sim.campaign.kinematics import check_repeats
+from belt_sim.campaign.quality import check_starts, counted_from_yaw, records_of
 from belt_sim.case import Case
 from belt_sim.diagnosis.decide import (
     POLICY,
@@ -26,11 +29,10 @@ from belt_sim.diagnosis.decide import (
     needed_gain,
     would_show,
 )
-from belt_sim.diagnosis.errors import find_faults, free_zeros
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, find_starts, linearise_effects
-from belt_sim.diagnosis.noise import Disagreement, metric_of, words_of
+from belt_sim.diagnosis.noise import FREE_ZERO, Disagreement, metric_of, words_of
 from belt_sim.diagnosis.samples import first_place_inside_span, samples_of, shapes_a_span
 from belt_sim.diagnosis.search import (
     NO_EFFECTS,
@@ -320,3 +322,127 @@ def _add_laws(
     in_march = {ids: f.law for ids, f in found.items() if f.law is not None}
     rows = [replace(b, laws=(*b.laws, in_march[b.ids])) if b.ids in in_march else b for b in table.unknown]
     return search, replace(table, unknown=tuple(rows)), found
+
+
+# What looks wrong in a campaign once the model's own path is taken off its readings.
+
+
+CLEARED = 30.0  # chi2 that one record read another way has to clear; no chance among all records does that
+ALONE = 0.1  # share of it that the same may clear in another run: what an effect does, it does in several
+NOISE_SIGMAS = 4.0  # sigmas of its chi2 that the run may then still be from what noise makes of it
+UNLIKE = 1e-3  # m between the places where runs began, from which what acts by the place may act in one of them alone
+UNDONE = 0.5  # share of the chi2 beyond noise that a turned sign must at least account for
+#: Share of the chi2 cleared that may stay beside that: settings and noise levels are not known exactly.
+SHARE_LEFT = 0.05
+
+
+def free_zeros(campaign: Campaign, suspicions: Sequence[Suspicion]) -> Campaign:
+    """The campaign with any zero allowed to signals whose runs begin further from zero than the sheet allows."""
+    free = {name for s in suspicions if s.kind == "zero" for name in s.signals}
+    signals = tuple(replace(s, zero=max(s.zero, FREE_ZERO)) if s.name in free else s for s in campaign.signals)
+    return replace(campaign, signals=signals) if free else campaign
+
+
+def confirm_signs(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
+    """``suspicions`` of the data by themselves, each sign judged by what is left beside ``values`` (R, S, n) once it is
+    turned back.
+
+    A sign that accounts for less than half is to be looked at only: a fault of the machine larger than the yaw turns
+    readings as well. A column that was to be looked at stops the diagnosis where noise is all that is left.
+    """
+    samples, found = bench.samples, list(suspicions)
+    lateral = [k for k, s in enumerate(samples.signals) if s.kind == "lateral"]
+    for n, told in enumerate(suspicions):
+        runs = [r for r, run in enumerate(samples.runs) if told.run in (None, run.name) and run.use == "fit"]
+        if told.kind != "wrong_sign" or not runs:
+            continue
+        before = float(np.sum(_excess_chi2(bench, values, bench.fitted.y)[runs]))
+        own, left = [k for k in lateral if samples.signals[k].name == told.signal], []
+        # of one signal or all, or of the one that fits; a column that is to be looked at by itself
+        for turned in (own, lateral, *([k] for k in lateral)) if told.severity == "stop" else (own,):
+            y = bench.fitted.y.copy()
+            y[np.ix_(runs, turned)] *= -1.0
+            left.append(float(np.sum(_excess_chi2(bench, values, y)[runs])))
+        count = np.isfinite(bench.fitted.y[runs]).sum()
+        if told.severity == "stop" and not min(left) < UNDONE * before:
+            found[n] = replace(told, severity="look")
+        elif told.severity != "stop" and told.run is None and _leaves_noise(left[0], before - left[0], count):
+            found[n] = replace(told, severity="stop")
+    return tuple(found)
+
+
+def _leaves_noise(left: float, cleared: float, count: int) -> bool:
+    """Whether readings, read another way, ``cleared`` more chi2 than chance and have noise ``left``, of ``count``."""
+    return cleared > CLEARED and left - NOISE_SIGMAS * np.sqrt(2.0 * count) < SHARE_LEFT * cleared
+
+
+def _excess_chi2(bench: Workbench, values: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """chi2 of readings y (R, S, n) beyond their number, run by run (R,)."""
+    white = bench.metric.whiten(y - values).reshape(len(y), -1)
+    return np.sum(white**2, axis=1) - np.isfinite(bench.fitted.y).sum(axis=(1, 2))
+
+
+def find_faults(bench: Workbench, values: np.ndarray, suspicions: Sequence[Suspicion]) -> tuple[Suspicion, ...]:
+    """What is wrong, worst first: ``suspicions`` of the data by themselves, and what ``values`` (R, S, n) show: runs
+    that do not begin where these do, by more than the sheet's errors allow, and readings that were confused.
+    """
+    seen = confirm_signs(bench, values, suspicions)
+    if all(s.kind == "dropout" and s.severity == "look" for s in seen):  # what was left out says nothing of the rest
+        left = residual_campaign(bench, values)
+        seen = (*seen, *check_starts(left, counted_from_yaw(records_of(left)), curvature_share=0.0))
+    return seen if any(s.severity == "stop" for s in seen) else (*find_misread_run(bench, values), *seen)
+
+
+def residual_campaign(bench: Workbench, values: np.ndarray) -> Campaign:
+    """The campaign with what ``values`` (R, S, n) leave of its readings in their place."""
+    samples, runs = bench.samples, []
+    for run, travel, rest in zip(samples.runs, samples.travel, samples.y - values, strict=True):
+        own = np.append(True, np.diff(travel) > 0.0)  # a shorter record is filled up with its last travel
+        signals = {s.name: y[own] for s, y in zip(samples.signals, rest, strict=True) if s.name in run.signals}
+        runs.append(replace(run, travel=travel[own], time=None, signals=signals))
+    return replace(bench.campaign, runs=tuple(runs))
+
+
+def find_misread_run(bench: Workbench, values: np.ndarray) -> tuple[Suspicion, ...]:
+    """The run in which a single record with its sign turned, or two exchanged, is all that the model does not explain.
+
+    What a machine does shows in more than one record; what a hand did is undone to within noise. Not so where the belt
+    stood at unlike places: a crown or a guide may act in one record alone, so that the sheet is only to be looked at.
+    """
+    measured, signals = bench.fitted.y, bench.samples.signals
+    before, count = _excess_chi2(bench, values, measured), np.isfinite(measured).sum(axis=(1, 2))
+    gains, found = defaultdict[tuple, list[float]](list), []
+    for r, run in enumerate(bench.samples.runs):
+        there = [k for k, s in enumerate(signals) if s.kind == "lateral" and np.isfinite(measured[r, k]).any()]
+        ways: list[tuple[Suspicion, np.ndarray]] = []  # what may have been done, and readings with that undone
+        for turned in [[k] for k in there] + ([there] if len(there) > 1 else []):
+            names = (signals[turned[0]].name,) if len(turned) == 1 else ()
+            whose = "its sign" if names else "the sign of its yaw"
+            words = f"fits the model with {whose} turned round, and nothing else in this run is off"
+            read = measured[r].copy()
+            read[turned] *= -1.0
+            ways.append((Suspicion(run=run.name, signals=names, kind="wrong_sign", sentence=words), read))
+        for s, t in combinations(there, 2):
+            if np.array_equal(np.isfinite(measured[r, s]), np.isfinite(measured[r, t])):
+                words = "fit the model with the two exchanged, and nothing else in this run is off"
+                read = measured[r].copy()
+                read[[s, t]] = read[[t, s]]
+                both = (signals[s].name, signals[t].name)
+                ways.append((Suspicion(run=run.name, signals=both, kind="swapped", sentence=words), read))
+        for told, read in ways:
+            y = measured.copy()
+            y[r] = read
+            after = _excess_chi2(bench, values, y)
+            gain = float(np.sum(before - after))
+            gains[told.kind, told.signal].append(gain)
+            if _leaves_noise(after[r], gain, count[r]):
+                found.append((gain, r, told))
+
+    if len({r for _, r, _ in found}) != 1:
+        return ()  # in several runs: the model lacks something
+    gain, _, told = max(found, key=lambda f: f[0])
+    others = sorted(gains[told.kind, told.signal])[:-1]
+    if max(others, default=0.0) >= ALONE * gain:
+        return ()
+    unlike = np.ptp([run.y0 or 0.0 for run in bench.samples.runs]) > UNLIKE
+    return (replace(told, severity="look") if unlike else told,)

@@ -5,13 +5,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from belt_sim.campaign import Campaign
+from belt_sim.campaign import Campaign, case_of
 from belt_sim.diagnosis.fit import EarlyStopping, Fit, Sides, fit_sets
 from belt_sim.diagnosis.forward import NUISANCES, STEP, Forward, significant_harmonics
 from belt_sim.diagnosis.noise import LevelFinder, Levels, Metric, length_sigma, metric_of, nuisance_shapes
 from belt_sim.diagnosis.samples import Samples, samples_of
 from belt_sim.effects.base import Effect
 from belt_sim.line.spans import Composition
+from belt_sim.results.estimates import MachineSizes
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,6 +35,13 @@ class Workbench:
     metric: Metric
     march_error: np.ndarray | float = 0.0
     keeps_noise: bool = False
+
+    @property
+    def machine(self) -> MachineSizes:
+        """The sizes of the machine in which people read numbers of effects."""
+        case = case_of(self.campaign, self.samples.runs[0])
+        rig = {n: float(getattr(case.rig, n)) for n in ("centre_distance", "tail_radius", "head_radius", "span_length")}
+        return MachineSizes(width=float(case.belt.width), **rig)
 
     def moved_to(self, vector: np.ndarray) -> "Workbench":
         """The workbench with noise levels and nuisance shapes taken at ``vector``, and every run's settings near it.

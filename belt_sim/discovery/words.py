@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from belt_sim.diagnosis.drawings import label
 from belt_sim.diagnosis.errors import errors_of
 from belt_sim.discovery.linear_search import first_of_each
 from belt_sim.discovery.search_data import SearchData, course_travel, form_inputs, variable
@@ -15,7 +14,7 @@ from belt_sim.effects.load import save_effects
 from belt_sim.io import provenance
 from belt_sim.results import words
 from belt_sim.results.diagnosis import Discovery, FoundLaw, LawPoints, PlaceEvidence, RivalLaw, UnknownCourse
-from belt_sim.results.errors import Errors
+from belt_sim.results.errors import CampaignLabel, Errors
 from belt_sim.results.estimates import Estimate
 from belt_sim.units import N_PER_MM2, shop_unit
 
@@ -221,7 +220,7 @@ def describe_discovery(found: SearchOutcome, probability: float, config: Any = N
     ranked = sorted((*found.latent_inputs, *([found.latent] if found.best else [])), key=lambda c: -c.gain)
     common: dict[str, Any] = {
         "base_model": s.bench.forward.model.name,
-        "campaign": label(s.bench.campaign),
+        "campaign": CampaignLabel.of(s.bench.campaign),
         "beside": tuple(s.fit.ids),
         "found": found.choice is not None,
         "probability": probability,

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import numpy as np
 from pydantic import BeforeValidator, Field, PlainSerializer, computed_field, model_serializer, model_validator
 
-from belt_sim.campaign.types import Kind
+from belt_sim.campaign.types import Campaign, Kind
 from belt_sim.results import words
 from belt_sim.results.estimates import Array, Free, MachineSizes, StoredEffect, display_unit, file_field
 from belt_sim.results.simulation import SETTING_DIGITS
@@ -64,14 +64,22 @@ class Drift:
     u_stated: float = 0.0
 
 
+#: of one parameter before and after effects were added; in files a list of such pairs
+StoredDrifts = Annotated[
+    tuple[Drift, ...],
+    BeforeValidator(lambda pairs: [drift for pair in pairs for drift in pair if drift]),
+    PlainSerializer(lambda two: [(*two, None)[:2]] if two else [], return_type=list[tuple[Drift, Drift | None]]),
+]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Drawings:
-    """overlays: a Panel a run and signal; maps: E/u_val by signal and yaw sign; drifts: (before, after) each; machine:
-    in whose terms numbers are told."""
+    """overlays: a Panel a run and signal; maps: E/u_val by signal and yaw sign; drifts: of the modulus, before and
+    after effects were added; machine: in whose terms numbers are told."""
 
     overlays: tuple[Panel, ...] = ()
     maps: tuple[FailureMap, ...] = ()
-    drifts: tuple[tuple[Drift, Drift | None], ...] = ()
+    drifts: StoredDrifts = ()
     machine: MachineSizes | None = None
 
 
@@ -221,6 +229,10 @@ class CampaignLabel:
     sha256: str
     source: str
 
+    @staticmethod
+    def of(campaign: Campaign) -> "CampaignLabel":
+        return CampaignLabel(title=campaign.title, sha256=campaign.sha256, source=campaign.source.kind)
+
     @property
     def readings(self) -> str:
         """What the readings are, as a legend says it."""
@@ -259,8 +271,8 @@ class Comparison(Display):
     @computed_field(exclude_if=operator.not_)  # type: ignore[prop-decorator]
     @property
     def drift(self) -> list[Drift]:
-        """Return the drifts of all fitted parameters, before and after effects were added."""
-        return [d for pair in self.drawings.drifts for d in pair if d is not None]
+        """Return the drift of the fitted modulus, before and after effects were added."""
+        return list(self.drawings.drifts)
 
     @property
     def final_model(self) -> str:

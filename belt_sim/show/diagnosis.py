@@ -132,35 +132,33 @@ def where_map_picture(path: str | os.PathLike | None, maps: Sequence[FailureMap]
 
 @style.picture
 def drift_chart_picture(
-    path: str | os.PathLike, drifts: Sequence[tuple[Drift, Drift | None]], title: str, *, names: Mapping[str, str]
+    path: str | os.PathLike, drifts: Sequence[Drift], title: str, *, names: Mapping[str, str]
 ) -> Path:
-    """A plot a parameter: (before, after) the effect was added, if one was; names: as of an overlay. Bars are +-2 u, a
-    triangle marks a value at the end of its range."""
-    fig, axes = style.figure(4.6 * len(drifts) + 0.6, 4.2, 1, len(drifts), layout=None)
-    for ax, (before, after) in zip(axes, drifts, strict=True):
-        if before.stated is not None:
-            low, high = before.stated - 2 * before.u_stated, before.stated + 2 * before.u_stated
-            ax.axhspan(low, high, color=FAINT_INK, alpha=0.3, linewidth=0)
-            ax.axhline(before.stated, color=INK, linewidth=1.0, label="data sheet")
-        pairs = [(before, BEFORE_COLOUR, "o", 0.985, names["base"]), (after, AFTER_COLOUR, "s", 1.015, names["final"])]
-        for drift, colour, marker, aside, label in pairs:
-            if drift is not None:
-                at, ended = np.asarray(drift.tension) * aside, np.asarray(drift.u) == 0.0
-                bars: dict[str, Any] = {"fmt": marker, "color": colour, "capsize": 3.0, "markersize": 5.5}
-                bars |= {"elinewidth": 1.4}
-                ax.errorbar(at[~ended], drift.value[~ended], 2 * drift.u[~ended], label=label, **bars)
-                if ended.any():
-                    look: dict[str, Any] = {"color": colour, "markersize": 8.0, "markerfacecolor": "none"}
-                    ax.plot(at[ended], drift.value[ended], "^", label="at the limit of the fit", **look)
-        ax.set_xscale("log")
-        ticks = np.unique(before.tension)
-        ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
-        ax.set_xticks([], minor=True)
-        ax.margins(y=0.1)
-        ax.set(xlabel="tension [N/mm²]", ylabel=f"{axis_label(before.parameter, before.unit)}, bars 2u")
-    entries = dict(zip(*reversed(axes[0].get_legend_handles_labels()), strict=True))
+    """A parameter against tension, before the effects were added and after, if any were; names: as of an overlay. Bars
+    are +-2 u, a triangle marks a value at the end of its range."""
+    fig, [ax] = style.figure(5.2, 4.2, layout=None)
+    before = drifts[0]
+    if before.stated is not None:
+        low, high = before.stated - 2 * before.u_stated, before.stated + 2 * before.u_stated
+        ax.axhspan(low, high, color=FAINT_INK, alpha=0.3, linewidth=0)
+        ax.axhline(before.stated, color=INK, linewidth=1.0, label="data sheet")
+    looks = [(BEFORE_COLOUR, "o", 0.985, names["base"]), (AFTER_COLOUR, "s", 1.015, names["final"])]
+    for drift, (colour, marker, aside, label) in zip(drifts, looks, strict=False):
+        at, ended = np.asarray(drift.tension) * aside, np.asarray(drift.u) == 0.0
+        bars: dict[str, Any] = {"fmt": marker, "color": colour, "capsize": 3.0, "markersize": 5.5, "elinewidth": 1.4}
+        ax.errorbar(at[~ended], drift.value[~ended], 2 * drift.u[~ended], label=label, **bars)
+        if ended.any():
+            look: dict[str, Any] = {"color": colour, "markersize": 8.0, "markerfacecolor": "none"}
+            ax.plot(at[ended], drift.value[ended], "^", label="at the limit of the fit", **look)
+    ax.set_xscale("log")
+    ticks = np.unique(before.tension)
+    ax.set_xticks(ticks, [f"{t:.4g}" for t in ticks])
+    ax.set_xticks([], minor=True)
+    ax.margins(y=0.1)
+    ax.set(xlabel="tension [N/mm²]", ylabel=f"{axis_label(before.parameter, before.unit)}, bars 2u")
+    entries = dict(zip(*reversed(ax.get_legend_handles_labels()), strict=True))
     fig.legend(entries.values(), entries.keys(), loc="lower center", ncols=2)
-    style.place(fig, title, 1, len(drifts), left=0.75, right=0.15, top=0.5, bottom=1.2, across=0.85)
+    style.place(fig, title, 1, 1, left=0.75, right=0.15, top=0.5, bottom=1.2)
     return style.save(fig, path)
 
 

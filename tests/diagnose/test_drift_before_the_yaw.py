@@ -8,8 +8,7 @@ from small_campaign import CLASSES, MODEL, SPREAD
 from belt_sim.api.compare import compare
 from belt_sim.campaign import suspicions
 from belt_sim.diagnosis.describe import _answered
-from belt_sim.diagnosis.errors import find_faults
-from belt_sim.diagnosis.examine import examine
+from belt_sim.diagnosis.examine import examine, find_faults
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.units import MM
 from belt_sim.virtual_rig.make import make_campaign

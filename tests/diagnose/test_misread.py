@@ -8,7 +8,7 @@ import pytest
 from linear_bench import SPREAD, WHITE, linear_bench
 
 from belt_sim.campaign import Suspicion
-from belt_sim.diagnosis.errors import confirm_signs, find_faults, find_misread_run
+from belt_sim.diagnosis.examine import confirm_signs, find_faults, find_misread_run
 from belt_sim.diagnosis.noise import Levels, metric_of
 
 COUNT = 40

@@ -85,7 +85,6 @@ STOREYS = (
         "plausibility",
         "linearisation",
         "errors",
-        "drawings",
     ),
     *("decide", "search", "examine", "next_run", "describe", "foresight"),
 )

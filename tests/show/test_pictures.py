@@ -81,9 +81,9 @@ def inside(page, text) -> bool:
 
 
 def test_a_value_at_the_limit_of_its_fit_is_marked():
-    (before, after), *_ = drawn("sag_roll").drawings.drifts
+    before, after = drawn("sag_roll").drawings.drifts
     ended = replace(before, u=np.where(np.arange(len(before.u)) == 0, 0.0, 1.0))
-    figure = drift_chart_picture(None, [(ended, after)], "Young's modulus", names=NAMES)
+    figure = drift_chart_picture(None, [ended, after], "Young's modulus", names=NAMES)
     marks = [line for line in figure.axes[0].lines if line.get_marker() == "^"]
     assert [line.get_ydata() for line in marks] == [before.value[:1]]
 
