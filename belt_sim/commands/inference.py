@@ -101,9 +101,12 @@ def diagnose_command(run_dir: RunDir) -> None:
             found = inference.diagnose(campaign, model, **asked)
         tell_model(run_dir, found.base_model)
         tell_diagnosis(found, run_dir.path, verbose=config["verbose"])
-        files = [partial(write_diagnosis, draft, found, *drawn)]
-        files += [partial(write_recording, draft, campaign, found)] * (watch == "rrd")
-        map_in_threads(lambda write: write(), files)
+        record = partial(write_recording, draft, campaign, found) if watch == "rrd" else lambda: None
+        recorded = begin_in_thread(record)
+        try:
+            write_diagnosis(draft, found, *drawn)
+        finally:
+            recorded()  # before the folder goes, if that failed
 
 
 def report_command(run_dir: RunDir) -> None:

@@ -38,7 +38,7 @@ from belt_sim.effects.law import (
     Law,
     Place,
 )
-from belt_sim.jax_setup import begin_in_thread, in_float64
+from belt_sim.jax_setup import in_float64
 from belt_sim.line.hooks import true_travel
 
 # The dictionary of forms that a search tries at a place, and their values along the runs.
@@ -510,13 +510,12 @@ def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = (), spectr
     """The data for a search of what ``fit`` lacks; among: as in ``impulse_responses``; spectra: of searches beside
     other fits."""
     projector = projector_of(bench, fit)
-    changes = begin_in_thread(lambda: span_changes(bench, fit, among))  # loads its program beside the other's
     responses = impulse_responses(bench, fit, among)
     effects, samples = bench.forward.effects_at(fit.vector, fit.ids), bench.samples
     shown = np.concatenate([samples.travel, samples.yaw_at[:, None]], axis=1)
     true = np.asarray(in_float64(true_travel)(effects, samples.cases, shown.T)).T if effects else shown
     made = partial(design_matrix, bench, projector, responses, true)
-    states = states_of(bench, responses, changes())
+    states = states_of(bench, responses, span_changes(bench, fit, among))
     found = campaign_places(samples)
     channels = {channel for p in found for channel, _ in p.parts}
     seen = {c for c in channels if c in ROLLS or is_shown(samples, responses, c)}
