@@ -213,10 +213,10 @@ def report_pictures(d: "Diagnosis") -> dict[str, str]:
 def report(diagnosis: "Diagnosis | str | os.PathLike[str]", path: str | os.PathLike[str]) -> Path:
     """Write the report of a diagnosis (or of the run folder of one) to ``path`` (.html), which needs no network."""
     from belt_sim.results.files import read_diagnosis
-    from belt_sim.show.report import write_report
+    from belt_sim.show.report import render
 
     found = read_diagnosis(Path(diagnosis)) if isinstance(diagnosis, str | os.PathLike) else diagnosis
-    return write_report(path, found, report_pictures(found))
+    return write_text(Path(path), render(found, report_pictures(found)))
 
 
 # ---- files in the folder of a run
@@ -234,7 +234,7 @@ def numbers_first(what: str) -> Iterator[None]:
     """Around the drawing of ``what``: a picture that cannot be drawn is told, and the numbers are kept."""
     try:
         yield
-    except BeltError:
+    except (BeltError, OSError):
         raise
     except Exception as error:
         reason = (str(error).strip().splitlines() or [""])[0]
@@ -264,11 +264,11 @@ def write_diagnosis(folder: Path, d: "Diagnosis", draw: Callable[[], dict[str, s
 
 def write_page(folder: Path, d: "Diagnosis", draw: Callable[[], dict[str, str]] | None = None) -> Path:
     """report.html, and its pictures as SVG files; each is drawn once."""
-    from belt_sim.show.report import write_report
+    from belt_sim.show.report import render
 
     drawn: dict[str, str] = {}
     with numbers_first("the pictures of the report"):
         drawn = draw() if draw else {}
     for kind, svg in drawn.items():
         write_text(folder / f"{kind}.svg", svg)
-    return write_report(folder / "report.html", d, drawn)
+    return write_text(folder / "report.html", render(d, drawn))

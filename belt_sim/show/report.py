@@ -4,7 +4,6 @@ SVG in the colours of the page (light or dark). The words of an effect stand in 
 import csv
 import datetime
 import math
-import os
 import re
 import string
 from collections.abc import Mapping, Sequence
@@ -15,8 +14,6 @@ import numpy as np
 
 from belt_sim.campaign.types import PLACES
 from belt_sim.effects.base import library, title_of
-from belt_sim.errors import BeltError
-from belt_sim.io import write_text
 from belt_sim.results import words
 from belt_sim.results.diagnosis import (
     LIKELY_FROM,
@@ -39,16 +36,6 @@ HERE = Path(__file__).parent
 BLIND_TESTS = HERE / "blind_tests.csv"
 
 
-def write_report(path: str | os.PathLike, diagnosis: Diagnosis, pictures: Mapping[str, str] | None = None) -> Path:
-    """Write the report of ``diagnosis`` to ``path``; raises BeltError when it cannot be written. The page forbids
-    itself the network; pictures: SVG text by kind, as of ``api.plot.report_pictures``."""
-    path = Path(path)
-    try:
-        return write_text(path, render(diagnosis, pictures))
-    except OSError as cause:
-        raise BeltError(f"report {path}: cannot be written ({cause.strerror}); choose another folder") from cause
-
-
 def environment() -> Any:
     """Return what fills the templates of this folder."""
     from jinja2 import Environment, FileSystemLoader
@@ -59,7 +46,8 @@ def environment() -> Any:
 
 
 def render(d: Diagnosis, pictures: Mapping[str, str] | None = None) -> str:
-    """Return the whole page as text."""
+    """Return the whole page as text. It forbids itself the network; pictures: SVG text by kind, as of
+    ``api.plot.report_pictures``."""
     page = environment()
     page.filters.update(number=words.number, milli=words.thousandths)
     page.filters.update(tenths=lambda gain: words.number(gain, 1 if gain is not None and gain < 100.0 else 3))

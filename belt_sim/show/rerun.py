@@ -18,6 +18,7 @@ import rerun.blueprint as rrb
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Frame
 from belt_sim.errors import BeltError
+from belt_sim.io import write_with
 from belt_sim.show import geometry
 from belt_sim.show.geometry import TRUE, ViewScale, full_colour_tilt, view_scale_of
 from belt_sim.show.style import BLUE, CYCLE, FAINT_INK, GREEN, INK, POINT_COLOURS, RED, SHORT_POINT_NAMES, rgb
@@ -234,29 +235,16 @@ def send_series(
     rr.send_columns(path, index, cut, recording=recording)
 
 
-class RecordingFile:
-    """A recording that the viewer lists as ``name``, as an .rrd on disk: written beside its place, renamed when
-    complete; path None: a recording alone."""
+def recording_named(name: str) -> rr.RecordingStream:
+    """A recording that the viewer lists as ``name``."""
+    recording = rr.RecordingStream("belt-sim")
+    rr.send_recording_name(name, recording=recording)
+    return recording
 
-    def __init__(self, path: str | os.PathLike | None, name: str) -> None:
-        """Raises BeltError when the folder cannot be written."""
-        self.recording = rr.RecordingStream("belt-sim")
-        rr.send_recording_name(name, recording=self.recording)
-        self.path = None if path is None else Path(path)
-        if self.path is not None:
-            self.draft = self.path.with_name(f".{self.path.name}.{os.getpid()}.part")
-            try:
-                self.path.parent.mkdir(parents=True, exist_ok=True)
-                self.recording.save(self.draft)
-            except (OSError, RuntimeError, ValueError) as cause:
-                raise BeltError(f"recording {path}: cannot be written ({cause}); choose another folder") from cause
 
-    def close(self) -> None:
-        """Complete the file and give it its name."""
-        self.recording.flush()
-        if self.path is not None:
-            self.recording.disconnect()
-            os.replace(self.draft, self.path)
+def save_recording(path: str | os.PathLike, recording: rr.RecordingStream) -> Path:
+    """Write all that was logged to ``path`` (.rrd)."""
+    return write_with(Path(path), lambda draft: [recording.save(draft), recording.flush(), recording.disconnect()])
 
 
 @dataclass
@@ -272,12 +260,12 @@ class RerunObserver:
     _: KW_ONLY
     model: str = "belt"
     every: float = READING_EVERY
-    file: RecordingFile | None = field(default=None, init=False)
+    recording: rr.RecordingStream | None = field(default=None, init=False)
 
     def start(self, case: Case, travel: float) -> None:
-        """Open the file or a viewer, send the blueprint and all that does not move; raises BeltError."""
-        file = self.file = RecordingFile(self.path, f"{self.model}, {run_title(case)}")
-        recording, scale, live = file.recording, view_scale_of(case, travel), self.path is None
+        """Open a viewer, where no file is wanted, send the blueprint and all that does not move; raises BeltError."""
+        recording = self.recording = recording_named(f"{self.model}, {run_title(case)}")
+        scale, live = view_scale_of(case, travel), self.path is None
         if live:
             try:  # a window, or a web viewer that this process serves for as long as it lives
                 if has_display():
@@ -311,7 +299,7 @@ class RerunObserver:
 
     def frame(self, frame: Frame, last: bool = False) -> None:
         """Log this instant, unless it is less than ``every`` [m] of travel after another and not the last."""
-        if self.file is None:
+        if self.recording is None:
             return
         self.newest = frame
         if not last and frame.travel - self.last < self.every * (1.0 - 1e-6):
@@ -331,7 +319,7 @@ class RerunObserver:
             self.last_picture = frame.travel
             self.pictures.append(frame)
         if self.path is None:
-            self._send(self.file.recording)
+            self._send(self.recording)
 
     def _send(self, recording: rr.RecordingStream) -> None:
         """Send what has been taken, a column a number; one that is not known is drawn in SI in a plot of its own."""
@@ -349,12 +337,12 @@ class RerunObserver:
         self.rows, self.pictures = [], []
 
     def finish(self, curves: Curves) -> None:
-        """Log the last instant, flush and close; a file gets its name only now."""
-        if self.file is not None:
+        """Log the last instant and write the file."""
+        if self.recording is not None:
             if self.newest is not None and self.newest.travel > self.last_picture:
                 self.frame(self.newest, last=True)
-            self._send(self.file.recording)
-            self.file.close()
+            self._send(self.recording)
+            self.recording.flush() if self.path is None else save_recording(self.path, self.recording)
 
 
 def _free_port(wanted: int) -> int:
@@ -389,8 +377,7 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
     [mm]; where some were measured, those), residual/MODEL (model - measured [mm], at the travel of the measurement),
     tilt/MODEL (upper, lower [mrad]); belt. Models but the last are pale, what was measured are dots. Returns the path.
     """
-    file, tabs, views = RecordingFile(path, name), list[rrb.Container](), list[rrb.Container]()
-    recording = file.recording
+    recording, tabs, views = recording_named(name), list[rrb.Container](), list[rrb.Container]()
     last = {title: list(overlay.modelled.values())[-1] for title, overlay in runs.items()}
     most = 1.05 * max(float(np.nanmax(np.abs(curves.y), initial=1e-9)) for curves in last.values()) / MM
     for title, overlay in runs.items():  # the points beside the residuals and the tilt, the belt in space above
@@ -418,8 +405,7 @@ def record_runs(path: str | os.PathLike, runs: Mapping[str, Overlay], name: str 
     pictures = min(max(IN_ALL // len(runs), FEWEST_PICTURES), MOST_PICTURES)
     for title, overlay in runs.items():
         _log_run(recording, root_of(title), overlay, pictures)
-    file.close()
-    return Path(path)
+    return save_recording(path, recording)
 
 
 def _log_run(recording: rr.RecordingStream, root: str, overlay: Overlay, pictures: int) -> None:

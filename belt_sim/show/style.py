@@ -10,7 +10,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from belt_sim.errors import BeltError, InputError
+from belt_sim.errors import InputError
 from belt_sim.io import write_text, write_with
 from belt_sim.results.words import in_print
 
@@ -161,7 +161,7 @@ def save(fig: "Figure", path: str | os.PathLike | None, headline: str = "", dpi:
     """Write the figure, its units as in print, as its file's ending says (.png, .svg, .pdf), and return the path.
 
     headline: written above it; path: None returns the figure itself, laid out; dpi: dots per inch of a PNG. Raises
-    BeltError, InputError.
+    InputError, OSError.
     """
     from matplotlib.text import Text
 
@@ -181,16 +181,11 @@ def save(fig: "Figure", path: str | os.PathLike | None, headline: str = "", dpi:
     path = Path(path)
     if path.suffix.lower() not in ENDINGS:
         raise InputError("picture", path.name, "", f"give a name that ends in {', '.join(ENDINGS)}")
-    try:
-        with in_look():
-            if path.suffix.lower() == ".svg":
-                write_text(path, svg_text(fig))
-            else:
-                quick: Any = {"pil_kwargs": {"compress_level": 1}} if path.suffix.lower() == ".png" else {}
-                write_with(path, lambda draft: fig.savefig(draft, dpi=dpi or DPI, **quick))
-    except OSError as cause:
-        raise BeltError(f"picture {path}: cannot be written ({cause.strerror}); choose another folder") from cause
-    return path
+    if path.suffix.lower() == ".svg":
+        return write_text(path, svg_text(fig))
+    quick: Any = {"pil_kwargs": {"compress_level": 1}} if path.suffix.lower() == ".png" else {}
+    with in_look():
+        return write_with(path, lambda draft: fig.savefig(draft, dpi=dpi or DPI, **quick))
 
 
 def svg_text(fig: "Figure") -> str:

@@ -11,9 +11,8 @@ import pytest
 from small_campaign import diagnosed, drawn
 from unknown_result import unknown
 
-from belt_sim.api.plot import report_pictures
+from belt_sim.api.plot import report, report_pictures
 from belt_sim.campaign import Suspicion
-from belt_sim.errors import BeltError
 from belt_sim.io import ROOT
 from belt_sim.results.diagnosis import STAMP, Candidate, Confusable, NextRun, Verdict
 from belt_sim.results.errors import Change, Drawings, Errors
@@ -24,7 +23,6 @@ from belt_sim.show.report import (
     bars,
     falls,
     inline_svg,
-    write_report,
 )
 from belt_sim.show.report import render as page_text
 
@@ -293,12 +291,12 @@ def test_a_gain_of_any_size_is_told(explained, gain, text):
 
 
 def test_the_file_is_whole_or_not_there(tmp_path, explained):
-    path = write_report(tmp_path / "out" / "report.html", explained)
+    path = report(explained, tmp_path / "out" / "report.html")
     assert path.read_text(encoding="utf-8").rstrip().endswith("</html>")
     assert [p.name for p in path.parent.iterdir()] == ["report.html"]
     (tmp_path / "file").write_text("")
-    with pytest.raises(BeltError, match="cannot be written"):
-        write_report(tmp_path / "file" / "report.html", explained)
+    with pytest.raises(OSError, match="file"):
+        report(explained, tmp_path / "file" / "report.html")
 
 
 def test_a_discovered_law_is_told_with_its_place_course_and_rivals(explained):
