@@ -336,7 +336,7 @@ forget_layout = _layout.cache_clear
 def _screen(mistake: SheetMistake, campaign: Campaign, stated: _Layout) -> tuple[float, SheetMistake]:
     """chi2 with the mistake in all runs, or in those alone in which it helps."""
     rest = stated.rest_of(mistake.campaign)
-    chi2 = float(np.sum(stated.chi2_of(rest))) - 2.0 * mistake.log_jacobian * stated.count
+    chi2 = np.inf if rest is None else stated.total_without(mistake, rest)
     if mistake.kind not in BY_RUN:
         return chi2, mistake
     # which runs it helps is asked without faults: one that is free would take the mistake of some runs to all

@@ -63,16 +63,6 @@ class FoundEffect:
             return (f"{each} (each if it were alone: the readings do not tell which)",)
         return ("that it is there is known, how large it is not",)
 
-    def line(self, machine: MachineSizes | None = None) -> str:
-        """The effect in a line, with its sizes on a machine."""
-        others = ", ".join(map(" + ".join, self.confusable_with))
-        alike = f"; confusable with {others}" if others else ""
-        stamp = f" ({self.stamp})" if self.stamp else ""
-        sizes, sure = ", ".join(self.sizes_on(machine)), words.decimal(self.probability, 2)
-        return f"{self.id}: {sizes}; probability {sure}{alike}{stamp}"
-
-    __str__ = line
-
 
 @dataclass(frozen=True, kw_only=True)
 class Candidate:
@@ -487,7 +477,10 @@ class Diagnosis(Display):
     def lines(self) -> Sequence[str]:
         """The verdict, where the base model fails, the effects, and how the error fell."""
         said = [f"{self.headline}: {self.sentence}", *self.doubts, self.where.sentence]
-        said += [e.line(self.drawings.machine) for e in self.effects]
+        for e in self.effects:
+            alike = f"; confusable with {', '.join(map(' + '.join, e.confusable_with))}" if e.confusable_with else ""
+            sizes, stamp = ", ".join(e.sizes_on(self.drawings.machine)), f" ({e.stamp})" if e.stamp else ""
+            said.append(f"{e.id}: {sizes}; probability {words.decimal(e.probability, 2)}{alike}{stamp}")
         said += error_line(self.error)
         if self.discovery is not None and self.discovery.found:
             said.append(self.discovery.sentence)

@@ -244,7 +244,13 @@ def recording_named(name: str) -> rr.RecordingStream:
 
 def save_recording(path: str | os.PathLike, recording: rr.RecordingStream) -> Path:
     """Write all that was logged to ``path`` (.rrd)."""
-    return write_with(Path(path), lambda draft: [recording.save(draft), recording.flush(), recording.disconnect()])
+
+    def save(draft: Path) -> None:
+        recording.save(draft)
+        recording.flush()
+        recording.disconnect()
+
+    return write_with(Path(path), save)
 
 
 @dataclass
