@@ -1,6 +1,6 @@
 """The page of one's own measurements: drop files, see what was understood, compare, diagnose, read, download."""
 
-import os
+import math
 import shutil
 import time
 from collections.abc import Iterable
@@ -11,25 +11,20 @@ from typing import Any
 from nicegui import app, run, ui
 
 from belt_sim.api.campaigns import imported_runs_table, noise_tables
-from belt_sim.api.inference import MIN_BOOTSTRAPS
 from belt_sim.api.simulate import model_for_campaign
 from belt_sim.app import widgets
 from belt_sim.app.session import MAX_UPLOAD, MEBI, NAMED_GROUPS, REPORT, TOO_LARGE, Import, KeyPath, Session
 from belt_sim.app.simulate_page import MODEL_TITLES
 from belt_sim.app.widgets import box, quiet_button, soft
-from belt_sim.campaign import Campaign
-from belt_sim.campaign.folder import FILES, campaign_folder, sheet_tree
+from belt_sim.campaign import Campaign, suspicions
+from belt_sim.campaign.folder import FILES, sheet_tree
 from belt_sim.campaign.types import PLACES
-from belt_sim.errors import BeltError
 from belt_sim.importing.mapping import ROLES
-from belt_sim.io import group_names, sample_campaigns
+from belt_sim.io import group_names
 from belt_sim.model import BY_TENSION
 from belt_sim.results import words
-from belt_sim.results.errors import UNIT_OF_KIND
 from belt_sim.show.report import SENSOR_SPOTS, environment
-from belt_sim.units import DEGREE, N_PER_MM2
 
-HEADS = {"stopped": "Stopped", "failed": "No result", "finished": "Done"}
 OFTEN = 0.4  # [s] between two looks at the session
 #: a drop anywhere on the page goes to the field of the uploads, which takes it from there
 DROPS = """<script>for (const kind of ["dragover", "drop"]) document.addEventListener(kind, (event) => {
@@ -39,7 +34,7 @@ DROPS = """<script>for (const kind of ["dragover", "drop"]) document.addEventLis
 });</script>"""
 
 
-@ui.page("/measurements", title="belt_sim")
+@ui.page("/measurements", title="belt_sim: My measurements")
 def measurements_page() -> None:
     """The page; what stands below the field of the drops is drawn again when the session has changed."""
     session: Session = app.state.session
@@ -47,38 +42,26 @@ def measurements_page() -> None:
     async def take_files(event: Any) -> None:
         files = [(file.name, await file.read()) for file in event.files]
         event.sender.reset()
-        try:
-            await run.io_bound(session.drop, files)
-        except Exception as error:  # the page must say so of these files, not go on showing the last ones
-            names = ", ".join(name for name, _ in files)
-            why = f"{names}: cannot be read ({type(error).__name__}: {error}); please report this file"
-            session.notify(why, drops=session.drops + 1)
-            raise
+        await run.io_bound(session.drop, files)
 
     widgets.frame("/measurements")
-    about = f"A logger's CSV or Excel files; or {', '.join(FILES)}, or a zip of them. "
-    about += f"Up to {MAX_UPLOAD // MEBI} MB at a time; they stay on this machine."
+    about = f"A logger's files, or {', '.join(FILES)} alone or as a zip; up to {MAX_UPLOAD // MEBI} MB at a time."
     with widgets.card("1. Drop your files anywhere on this page", about):
-        refuse = lambda: session.notify(f"files: refused; {TOO_LARGE}", drops=session.drops + 1)  # noqa: E731
+        refuse = partial(session.notify, f"files: refused; {TOO_LARGE}")
         heard: dict[str, Any] = {"on_multi_upload": take_files, "on_rejected": refuse}
         heard |= {"multiple": True, "auto_upload": True, "max_total_size": MAX_UPLOAD}
         ui.add_body_html(DROPS % ui.upload(label="Drop files here, or press +", **heard).id)
-        with box("line"):
-            soft("No measurements at hand? A sample:")
-            chosen = ui.select(sample_campaigns(), value="slack_belt").props("dense outlined aria-label=sample")
-            sample = lambda: session.notify(*session.open_folder(campaign_folder(str(chosen.value))))  # noqa: E731
-            quiet_button("Open it", partial(run.io_bound, sample))
     drawn = [session.version]
 
     @ui.refreshable
     def rest() -> None:
-        with box("card-lines").props(f"data-drops={session.drops}"):
+        with box("card-lines").props(f"data-version={session.version}"):
             for line in session.messages:
                 widgets.notice(line)
-        if session.importing is not None:
-            _import(session, session.importing)
-        elif session.campaign is not None:
+        if session.campaign is not None:
             _campaign(session, session.campaign)
+        elif session.importing is not None:
+            _import(session, session.importing)
         if session.jobs:
             _job(session)
 
@@ -107,17 +90,14 @@ RUN_EXAMPLES = {"tension": "10 N/mm2", "yaw": "-0.042 deg", "speed": "0.5 m/s", 
 RUN_EXAMPLES |= {"yaw_at": "0 m", "start": "3.2 m"}
 
 
-def answer_field(
-    now: Import, place: KeyPath, known: str = "", options: dict[str, str] | None = None, *,
-    label: str | None = None, example: str = "",
-) -> None:  # fmt: skip
+def answer_field(now: Import, place: KeyPath, known: str = "", options: Any = None, example: str = "") -> None:
     """A menu, or a line of text, for one answer, which is noted at once, so that a page loaded anew shows it.
 
-    known: what stands there without an answer.
+    known: what stands there without an answer; options: of a menu.
     """
     stands = now.answers.get(place, known)
     name = ".".join("".join(c if c.isalnum() or c == "_" else "_" for c in key) for key in place)
-    keep: Any = {"value": stands, "label": label, "on_change": lambda e: now.note(place, e.value)}
+    keep: Any = {"value": stands, "on_change": lambda e: now.note(place, e.value)}
     if options is None:
         made: Any = ui.input(placeholder=example, **keep).props("outlined hide-bottom-space")
     else:  # an answer that is none of the options is one more
@@ -128,20 +108,22 @@ def answer_field(
 def _import(session: Session, now: Import) -> None:
     """The card of the current import."""
     update, proposal = partial(run.io_bound, session.update), now.proposal
-    why = "Correct the table, answer the questions, press Update. Then continue."
-    with widgets.card("2. What your files seem to say", why):
+    with widgets.card("2. What your files seem to say", "Correct the table, answer the questions, press Update."):
         if proposal is not None:
             _columns(now, update)
         with box("halves"):
             for group, kind in NAMED_GROUPS.items():
                 options = {"": "numbers of my own"} | {n: n for n in group_names(kind)}
-                answer_field(now, (group,), "", options, label=group)
+                with box():
+                    soft(group)
+                    answer_field(now, (group,), "", options)
         with box("questions"):
-            for q in (q for q in now.questions if q.path[-1] != "at"):  # places have their sketch
+            # settings of runs and places of sensors have fields of their own
+            for q in (q for p, q in now.questions.items() if p[0] != "runs" and p[-1] != "at"):
                 with box():
                     ui.label(words.capital(q.text))
                     answers = {"": "choose"} | {o: o for o in q.options} if q.options else None
-                    answer_field(now, q.path, "" if answers else q.proposed, answers, example=f"e.g. {q.example}")
+                    answer_field(now, q.path, "" if answers else q.proposed, answers, f"e.g. {q.example}")
         if now.runs:
             with box("scroll"), box("grid", "runs"):
                 for head in ("run", *RUN_EXAMPLES):
@@ -211,28 +193,14 @@ def _campaign(session: Session, campaign: Campaign) -> None:
         shown = {**tree["machine"], **tree["belt"]}
         texts = {n.replace("_", " "): words.with_u(q["value"], q["u"], q.get("unit", "")) for n, q in shown.items()}
         widgets.facts(texts, "wide")
-        for found in session.suspicions:
+        for found in suspicions(campaign):
             widgets.notice(f"{found.kind.replace('_', ' ')}: {found}")
         _curves(campaign)
         with box("line"):
-            if (finished := session.finished_import) is not None:
-                quiet_button("Change how the files were read", partial(session.notify, importing=finished))
-            zipped = quiet_button("Campaign (zip)", partial(_zip, session, session.campaign_folder))
-            zipped.props("data-name=campaign")
-        columns = ("sensor", "place", "noise (mm or mrad)", "zero", "wander")
-        rows = [
-            (s.name, s.at.replace("_", " "), *(words.thousandths(v) for v in (s.white, s.zero, s.wander_sd)))
-            for s in campaign.signals
-        ]
-        sensors = words.Table("", columns, rows, left=columns[:2])
-        _tables("All runs and sensors", imported_runs_table(campaign), sensors)
-
-    async def start(task: str) -> None:
-        try:
-            await session.work(task)
-        except BeltError as error:
-            session.notify(*str(error).splitlines())
-
+            if session.importing is not None:
+                quiet_button("Change how the files were read", partial(session.notify, campaign=None))
+            quiet_button("Campaign (zip)", partial(_zip, session, session.campaign_folder)).props("data-name=campaign")
+        _tables("All runs", imported_runs_table(campaign))
     inputs = session.inputs
     with widgets.card("3. Ask", "Compare shows where a model fails; diagnose finds which physical effect it lacks."):
         titles = {BY_TENSION: f"by tension: {model_for_campaign(campaign)}"} | MODEL_TITLES
@@ -240,33 +208,19 @@ def _campaign(session: Session, campaign: Campaign) -> None:
         with ui.expansion("More about the diagnosis").bind_value(inputs, "more").classes("w-full"):
             tried = partial(inputs.__setitem__, "candidates")
             widgets.effect_list("effects to try (none ticked: all)", inputs["candidates"], tried)
-            times = ui.number("simulated fault-free campaigns (for false alarms)", min=MIN_BOOTSTRAPS, precision=0)
-            times.bind_value(inputs, "bootstraps").classes("w-full")
         with box("line"):
             for name, look in (("Compare", "no-caps outline"), ("Diagnose", "no-caps")):
-                ui.button(name, on_click=partial(start, name.lower())).props(look).set_enabled(not session.busy)
+                ui.button(name, on_click=partial(session.work, name.lower())).props(look).set_enabled(not session.busy)
 
 
 def _curves(campaign: Campaign) -> None:
-    """The curves of one run, to be chosen; nothing without a record."""
-    recorded, sheets = {r.name: r for r in campaign.runs if r.signals}, {s.name: s for s in campaign.signals}
+    """The readings of all runs; they are drawn aside, as it takes a while."""
+    shown = ui.html("", sanitize=False).classes("w-full").props("data-name=measured")
 
-    def figure(name: str) -> dict[str, Any]:
-        run, look = recorded[name], {"mode": "lines+markers", "marker": {"size": 4}}
-        units = " or ".join(sorted({UNIT_OF_KIND[sheets[name].kind] for name in run.signals}))
-        data = [
-            widgets.line(run.travel, words.KILO * y, f"{name} ({sheets[name].at.replace('_', ' ')})",
-                         widgets.PLOT_COLOURS[k % 4], {"width": 1}, **look)
-            for k, (name, y) in enumerate(run.signals.items())
-        ]  # fmt: skip
-        return widgets.chart(data, f"reading [{units}]", 320)
+    async def draw() -> None:
+        shown.set_content(await run.io_bound(widgets.page_picture, campaign) or "")
 
-    if recorded:
-        first = next(iter(recorded))
-        labels = {n: f"{n}: {r.tension / N_PER_MM2:g} N/mm², yaw {r.yaw / DEGREE:+.3g}°" for n, r in recorded.items()}
-        chooser = ui.select(labels, value=first, label="run").classes("w-full")
-        drawn = ui.plotly(figure(first)).props("data-name=measured")
-        chooser.on_value_change(lambda e: drawn.update_figure(figure(e.value)))
+    ui.timer(0.0, draw, once=True)
 
 
 def _tables(title: str, *tables: words.Table, notes: Iterable[str] = ()) -> None:
@@ -283,21 +237,20 @@ def _job(session: Session) -> None:
     job = session.jobs[-1]
     with widgets.card(f"4. {job.title}"):
         if job.state == "running":
-            bar = ui.linear_progress(0.0, show_value=False, size="10px").props("rounded indeterminate")
+            bar = ui.linear_progress(0.0, show_value=False, size="10px").props("rounded")
             line = ui.label("").classes("soft").props("data-name=stage")
 
             def move() -> None:
                 seconds, in_all = time.monotonic() - job.began, job.progress["in_all_s"]
-                if in_all:
-                    bar.props(remove="indeterminate").set_value(min(seconds / in_all, 0.98))
+                bar.set_value(min(seconds / (in_all or math.inf), 0.98))
                 about = f" of about {in_all:.0f} s{job.progress['more']}" if in_all else " s"
                 line.set_text(f"{job.progress['stage']} · {seconds:.0f}{about}")
 
             ui.timer(0.5, move)
             ui.button("Stop", on_click=job.stop).props("no-caps outline color=negative").style("align-self: start")
             return
-        soft(f"{HEADS[job.state]} after {(job.ended or job.began) - job.began:.0f} s")
-        if job.state != "finished":
+        soft(f"{job.state} after {(job.ended or job.began) - job.began:.0f} s")
+        if job.state != "Done":
             return
         report, address = job.folder / REPORT, f"/results/{len(session.jobs)}/report"
         with box("line"):
@@ -305,10 +258,8 @@ def _job(session: Session) -> None:
                 ui.link("Report in a tab of its own", address, new_tab=True)
                 quiet_button("Report (HTML)", partial(ui.download.file, report))
             quiet_button("Download everything (zip)", partial(_zip, session, job.folder))
-            soft(f"also in {os.path.relpath(job.folder)}")
         if report.exists():
-            sandboxed = f'sandbox="allow-scripts" src="{address}" title="report"'
-            ui.element("iframe").classes("report").props(sandboxed)
+            ui.element("iframe").classes("report").props(f'sandbox="allow-scripts" src="{address}" title="report"')
             return
         said = job.said.replace("; or model=NAME", "").removesuffix(job.folder.name)  # a menu and links say these
         ui.label(words.in_print(said.rstrip())).classes("scroll printed")

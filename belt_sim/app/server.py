@@ -7,23 +7,17 @@ Other accounts of the machine reach the address too: the one that is printed bea
 cookie.
 """
 
-import contextlib
 import secrets
 import socket
-import threading
-import traceback
-import webbrowser
+from contextlib import suppress
 from dataclasses import dataclass
 from hmac import compare_digest
 from pathlib import Path
 from typing import Any
 
-import uvicorn
-from fastapi import FastAPI
 from fastapi.requests import HTTPConnection
 from fastapi.responses import FileResponse, PlainTextResponse, RedirectResponse, Response
-from nicegui import app as pages_app
-from nicegui import ui
+from nicegui import app, ui
 
 from belt_sim.app import measurements_page, simulate_page  # noqa: F401 - which are then served
 from belt_sim.app.session import MAX_UPLOAD, REPORT, TOO_LARGE, Session
@@ -37,10 +31,6 @@ SANDBOX = (
     "img-src data: blob:; font-src data:"
 )
 FRESH = {"Content-Security-Policy": SANDBOX, "X-Content-Type-Options": "nosniff", "Cache-Control": "no-store"}
-ICON = (
-    "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 32 32'><g fill='none' stroke='#1f86cc' stroke-width='3'>"
-    "<circle cx='9' cy='16' r='6'/><circle cx='23' cy='16' r='6'/><path d='M9 10h14M9 22h14'/></g></svg>"
-)
 OWN_PAGES = "belt-sim app answers to its own pages only"
 
 
@@ -90,25 +80,22 @@ class Guard:
         return PlainTextResponse(line, 403)
 
 
-def listen(port: int | None) -> socket.socket:
-    """A socket on the loopback address; ``port`` None: any that is free. Raises InputError when it is taken."""
-    made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
-    made.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-    try:
-        made.bind((ADDRESS, port or 0))
-        made.listen()
-    except OSError as error:
-        made.close()
-        raise InputError("port", port, "", f"{error.strerror}; choose another, or leave it out") from error
-    return made
+def free_port(port: int | None) -> int:
+    """``port``, or any that is free on the loopback address if None. Raises InputError when it cannot be had."""
+    with socket.socket() as tried:
+        tried.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            tried.bind((ADDRESS, port or 0))
+        except OSError as error:
+            raise InputError("port", port, "", f"{error.strerror}; choose another, or leave it out") from error
+        return int(tried.getsockname()[1])
 
 
 def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
     """Serve the pages until Ctrl-C; results go to ``folder``. show: open a browser."""
-    ear, token, session = listen(port), secrets.token_urlsafe(24), Session(folder)
-    chosen, outer = ear.getsockname()[1], FastAPI(docs_url=None, redoc_url=None, openapi_url=None)
+    port, token, session = free_port(port), secrets.token_urlsafe(24), Session(folder)
 
-    @outer.get("/results/{number}/report")
+    @app.get("/results/{number}/report")
     def report(number: int) -> Response:
         """The report of a result, by its number: no path comes from outside."""
         done = [job.folder / REPORT for k, job in enumerate(session.jobs, 1) if k == number and job.state != "running"]
@@ -116,20 +103,20 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
             return PlainTextResponse("there is no such result", 404)
         return FileResponse(done[0], headers=FRESH)
 
-    async def close() -> None:
-        if session.busy:
-            await session.jobs[-1].stop()
+    @app.on_exception
+    def tell(error: Exception) -> None:
+        session.notify(f"This page broke down ({type(error).__name__}: {error}); please report it")
 
-    pages_app.state.session = session
-    pages_app.on_shutdown(close)
-    pages_app.on_exception(traceback.print_exception)  # what broke in a page goes to the terminal, whole
-    look: dict[str, Any] = {"title": "belt_sim", "favicon": ICON, "dark": None, "tailwind": False}
-    ui.run_with(outer, **look, reconnect_timeout=TAB_PATIENCE, show_welcome_message=False)
-    outer.add_middleware(Guard, port=chosen, token=token)
-    address = f"http://{ADDRESS}:{chosen}/?token={token}"
-    print(f"belt_sim is open at {address} for this account of this machine. Ctrl-C ends it.", flush=True)
-    if show:
-        threading.Timer(1.0, webbrowser.open, (address,)).start()
-    config = uvicorn.Config(outer, log_level="warning", loop="asyncio", ws_max_size=2**24, timeout_graceful_shutdown=2)
-    with contextlib.suppress(KeyboardInterrupt):  # how it is meant to end
-        uvicorn.Server(config).run(sockets=[ear])
+    @app.on_shutdown
+    def close() -> None:
+        if session.busy:
+            session.jobs[-1].stop()
+
+    page, said = f"/?token={token}", "for this account of this machine. Ctrl-C ends it."
+    app.on_startup(lambda: print(f"belt_sim is open at http://{ADDRESS}:{port}{page} {said}", flush=True))
+    app.state.session = session
+    app.add_middleware(Guard, port=port, token=token)
+    look: Any = {"title": "belt_sim", "favicon": "⚙", "dark": None, "tailwind": False, "show_welcome_message": False}
+    own: Any = {"reload": False, "reconnect_timeout": TAB_PATIENCE, "timeout_graceful_shutdown": 2}
+    with suppress(KeyboardInterrupt):  # how it is meant to end
+        ui.run(host=ADDRESS, port=port, show=show and page, **look, **own)

@@ -8,7 +8,7 @@ import pytest
 
 pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-sim[app]'")
 
-from belt_sim.app.session import begin_import
+from belt_sim.app.session import Import
 from belt_sim.campaign import CampaignError, read_campaign
 from belt_sim.importing import write
 from belt_sim.importing.mapping import parse_mapping
@@ -38,9 +38,9 @@ def logged(tmp_path) -> list[Path]:
 
 
 def test_answers_lead_to_a_campaign(logged, tmp_path):
-    now = begin_import(logged)
+    now = Import(logged)
     assert now.lacks
-    assert {q.path[0] for q in now.questions} == {"machine", "belt"}
+    assert {place[0] for place in now.questions} == {"machine", "belt", "runs"}
     answer(now, MACHINE)
     (run,) = [r for r in now.runs if not now.runs[r].get("yaw")]
     answer(now, {("runs", run, "yaw"): "0.042 deg"})
@@ -52,7 +52,7 @@ def test_answers_lead_to_a_campaign(logged, tmp_path):
 
 
 def test_why_no_campaign_can_be_made_is_said(logged):
-    now = begin_import(logged)
+    now = Import(logged)
     assert now.lacks.startswith("Not yet: ")
     assert any(q.text in now.lacks for q in now.proposal.missing)
     answer(now, {**MACHINE, ("runs", "lauf2_20Nmm2", "yaw"): "0.042 furlong"})
@@ -64,7 +64,7 @@ def test_why_no_campaign_can_be_made_is_said(logged):
 
 def test_what_is_proposed_is_taken_unless_it_is_changed(logged):
     """What stands in a field of a question counts when the page looks again."""
-    now = begin_import(logged)
+    now = Import(logged)
     (open_question, *_) = [q for q in now.proposal.missing if q.path[0] == "belt"]
     proposed = replace(open_question, proposed="7850 kg/m^3", options=())
     now.proposal = replace(now.proposal, missing=(proposed,))
@@ -76,7 +76,7 @@ def test_what_is_proposed_is_taken_unless_it_is_changed(logged):
 
 
 def test_a_wrong_answer_is_said_and_can_be_taken_back(logged):
-    now = begin_import(logged)
+    now = Import(logged)
     answer(now, {**MACHINE, ("columns", "Kante 1 [mm]", "unit"): "furlong"})
     assert any("furlong" in line for line in now.errors)
     assert now.lacks
@@ -85,13 +85,13 @@ def test_a_wrong_answer_is_said_and_can_be_taken_back(logged):
 
 
 def test_a_column_moved_to_another_place_is_another_signal(logged):
-    now = begin_import(logged)
+    now = Import(logged)
     answer(now, {**MACHINE, ("columns", "Kante 4 [mm]", "at"): "point_3"})
     assert {u.name: u.at for u in now.proposal.columns}["Kante 4 [mm]"] == "point_3"
 
 
 def test_a_machine_by_its_name_needs_no_numbers(logged):
-    now = begin_import(logged)
+    now = Import(logged)
     answer(now, {("belt", "density"): "7800 kg/m^3"})
     answer(now, MACHINE | {("belt", "density"): "7800 kg/m^3"})
     assert now.answers == MACHINE

@@ -67,7 +67,7 @@ def test_one_campaign_has_one_model(campaign, model, why, tmp_path, monkeypatch,
     session = Session(tmp_path, campaign=campaign, campaign_folder=tmp_path)
 
     async def nothing(job):
-        job.state = "finished"
+        job.state = "Done"
 
     monkeypatch.setattr("belt_sim.app.session.Job.run", nothing)
     in_loop(session.work("diagnose"))

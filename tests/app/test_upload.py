@@ -1,6 +1,7 @@
 """Dropped files: what is taken, and what is refused in one line."""
 
 import io
+import socket
 import zipfile
 
 import pytest
@@ -10,7 +11,7 @@ pytest.importorskip("nicegui", reason="the app needs NiceGUI: pip install 'belt-
 from fastapi.requests import HTTPConnection
 
 from belt_sim.app import session as upload
-from belt_sim.app.server import Guard, listen
+from belt_sim.app.server import Guard, free_port
 from belt_sim.app.session import MAX_UPLOAD
 from belt_sim.errors import InputError
 from belt_sim.io import CAMPAIGNS
@@ -26,21 +27,24 @@ def zipped(members: dict[str, bytes]) -> bytes:
 
 def test_a_zip_gives_the_files_beside_its_campaign_and_nothing_else():
     data = zipped({"mine/campaign.yaml": b"a", "mine/runs.csv": b"b", "runs.csv": b"c", "mine/run.sh": b"d"})
-    assert upload.sort_files([("mine.zip", data)]).campaign == {"campaign.yaml": b"a", "runs.csv": b"b"}
+    found, messages = upload.sort_files([("mine.zip", data)])
+    assert (found["campaign"], messages) == ({"campaign.yaml": b"a", "runs.csv": b"b"}, [])
 
 
 def test_no_name_leads_out_of_the_folder(tmp_path):
     data = zipped({"../../campaign.yaml": b"a", "../../runs.csv": b"b", "/etc/signals.csv": b"c"})
-    tray = upload.sort_files([("x.zip", data), ("../../steady.csv", b"d"), ("..\\..\\signals.csv", b"e")])
-    upload.Session(tmp_path).new_folder("in", tray.campaign)
+    dropped = [("x.zip", data), ("../../steady.csv", b"d"), ("..\\..\\run one.csv", b"e")]
+    found, _ = upload.sort_files(dropped)
+    upload.Session(tmp_path).new_folder("in", found["campaign"] | found["logger"])
     found = {str(p.relative_to(tmp_path)) for p in tmp_path.rglob("*") if p.is_file()}
-    assert found == {f"in_1/{name}" for name in ("campaign.yaml", "runs.csv", "steady.csv", "signals.csv")}
+    assert found == {f"in_1/{name}" for name in ("campaign.yaml", "runs.csv", "steady.csv", "run one.csv")}
 
 
 def test_a_zip_that_swells_is_stopped(monkeypatch):
     monkeypatch.setattr(upload, "MAX_UPLOAD", 2 * upload.MEBI)
     data = zipped({"campaign.yaml": b"a", "signals.csv": b"0" * (3 * upload.MEBI)})
-    (line,) = upload.sort_files([("bomb.zip", data)]).messages
+    found, (line,) = upload.sort_files([("bomb.zip", data)])
+    assert not found["campaign"]
     assert "bomb.zip" in line
     assert "2 MB" in line
 
@@ -49,17 +53,16 @@ def test_a_zip_that_swells_is_stopped(monkeypatch):
     ("name", "data", "told"),
     [
         ("photo.png", b"", "photo.png"),
-        ("effect.py", b"import os", "not read by this page"),
+        ("effect.py", b"import os", "is not read by this page; drop campaign.yaml"),
         ("effects.yaml", b"effects: []", "not read by this page"),
-        ("two.zip", zipped({"a/campaign.yaml": b"", "b/campaign.yaml": b""}), "2 campaigns"),
-        ("none.zip", zipped({"a.txt": b""}), "no campaign.yaml"),
+        ("two.zip", zipped({"a/campaign.yaml": b"", "b/campaign.yaml": b""}), "2 campaign.yaml; zip the folder of one"),
+        ("none.zip", zipped({"a.txt": b""}), "0 campaign.yaml; zip the folder of one"),
         ("broken.zip", b"PK\x03\x04 no", "cannot be unpacked"),
     ],
 )
 def test_files_of_no_use_have_one_line_each(name, data, told):
-    tray = upload.sort_files([(name, data)])
-    assert not tray.campaign
-    (line,) = tray.messages
+    found, (line,) = upload.sort_files([(name, data)])
+    assert not any(found.values())
     assert told in line
     assert "\n" not in line
 
@@ -91,44 +94,34 @@ def test_the_guard_lets_its_own_pages_in_and_nobody_else():
 
 
 def test_a_port_that_is_taken_has_its_line():
-    with listen(None) as taken:
-        assert taken.getsockname()[0] == "127.0.0.1"
-        with pytest.raises(InputError, match="port = "):
-            listen(taken.getsockname()[1])
+    port = free_port(None)
+    assert free_port(port) == port
+    with socket.create_server(("127.0.0.1", port)), pytest.raises(InputError, match=f"port = {port}: .*choose another"):
+        free_port(port)
 
 
 def test_a_typographic_minus_keeps_its_sign():
-    tray = upload.sort_files([("10Nmm2_yaw \u22120.042deg.csv", b"x")])
-    assert [*tray.loggers] == ["10Nmm2_yaw -0.042deg.csv"]
+    found, _ = upload.sort_files([("10Nmm2_yaw \u22120.042deg.csv", b"x")])
+    assert [*found["logger"]] == ["10Nmm2_yaw -0.042deg.csv"]
 
 
-def test_files_whose_names_collide_are_all_kept_and_named():
-    dropped = [
-        ("day1/lauf.csv", b"1"),
-        ("day2/lauf.csv", b"2"),
-        ("run#1.csv", b"3"),
-        ("run@1.csv", b"4"),
-        ("RUN#1.csv", b"5"),
-    ]
-    tray = upload.sort_files(dropped)
-    assert [*tray.loggers.items()] == [
-        ("lauf.csv", b"1"), ("lauf_2.csv", b"2"), ("run_1.csv", b"3"), ("run_1_2.csv", b"4"), ("RUN_1_3.csv", b"5"),
-    ]  # fmt: skip
-    assert len(tray.messages) == 3
-    assert "lauf_2.csv" in tray.messages[0]
-    twice = upload.sort_files(
-        [(f"{folder}/{file}", b"1") for folder in "ab" for file in ("campaign.yaml", "mapping.yaml")]
-    )
-    assert (twice.campaign, twice.mapping) == ({"campaign.yaml": b"1"}, b"1")
-    assert len(twice.messages) == 2
+def test_of_files_whose_names_collide_the_first_is_kept_and_the_others_are_named():
+    dropped = [("day1/lauf.csv", b"1"), ("day2/lauf.csv", b"2"), ("run#1.csv", b"3"), ("RUN@1.csv", b"4")]
+    found, messages = upload.sort_files(dropped)
+    assert found["logger"] == {"lauf.csv": b"1", "run_1.csv": b"3"}
+    assert ["lauf.csv is there already" in messages[0], "run_1.csv is there already" in messages[1]] == [True, True]
+    assert all("give each file another name" in line for line in messages)
+    twice = [(f"{folder}/{file}", b"1") for folder in "ab" for file in ("campaign.yaml", "mapping.yaml")]
+    found, messages = upload.sort_files(twice)
+    assert (found["campaign"], found["mapping"]) == ({"campaign.yaml": b"1"}, {"mapping.yaml": b"1"})
+    assert len(messages) == 2
 
 
 def test_a_mapping_may_have_any_name_and_there_is_one():
     data = b"schema: belt-mapping/1\n"
-    tray = upload.sort_files([("my_rig.yaml", data), ("other.yml", data), ("notes.yaml", b"a: 1")])
-    assert (tray.mapping, tray.mapping_name) == (data, "my_rig.yaml")
-    second, third = tray.messages
-    assert "my_rig.yaml is the mapping already" in second
+    found, (second, third) = upload.sort_files([("my_rig.yaml", data), ("other.yml", data), ("notes.yaml", b"a: 1")])
+    assert found["mapping"] == {"my_rig.yaml": data}
+    assert "my_rig.yaml is there already; drop one" in second
     assert "notes.yaml" in third
 
 

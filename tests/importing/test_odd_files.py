@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 import yaml
 
-from belt_sim.app.session import begin_import
+from belt_sim.app.session import Import
 from belt_sim.campaign import read_campaign
 from belt_sim.commands.cli import run_command
 from belt_sim.importing import read, understand, write
@@ -145,7 +145,7 @@ def test_every_question_of_an_odd_file_has_an_answer_that_works(name, tmp_path):
     content, answers = FILES[name]
     (tmp_path / "a.csv").write_text(content, encoding="utf-8")
     given = parse_mapping(yaml.safe_dump(given_for(name), allow_unicode=True), "mapping.yaml").tree
-    made, asked = begin_import([tmp_path / "a.csv"], given), list[str]()
+    made, asked = Import([tmp_path / "a.csv"], given), list[str]()
     while made.proposal.missing:
         question = made.proposal.missing[0]
         assert question.key not in asked, question.text
