@@ -189,9 +189,7 @@ class Outlook:
             vector = fit.vector.copy()
             vector[fit.free] += step
             tried = replace(fit, vector=vector, settled=False) if step.any() else fit
-            values, slopes = tried.values, tried.slopes  # of the campaign's own runs; a fit that has ended has them
-            if not tried.is_converged:
-                values, slopes = self.bench.forward.expand(vector, tried.free)
+            values, slopes = self.here(tried)
             new, along = self.predict(tried, tried.free)
             size = np.inf
             if all(np.isfinite(x).all() for x in (values, slopes, there, new, along)):
@@ -208,6 +206,10 @@ class Outlook:
             )
             step = np.linalg.lstsq(columns.T, rest, rcond=1e-9)[0]
         return least
+
+    def here(self, fit: Fit) -> tuple[np.ndarray, np.ndarray]:
+        """Values (R, S, n) and slopes (k, R, S, n) of the campaign's own runs; a fit that has ended has them."""
+        return (fit.values, fit.slopes) if fit.is_converged else self.bench.forward.expand(fit.vector, fit.free)
 
     def predict(self, fit: Fit, free: list[int]) -> tuple[np.ndarray, np.ndarray]:
         """Values (R, S, n) and slopes (k, R, S, n) of every action; a belt turned over carries its effects along."""

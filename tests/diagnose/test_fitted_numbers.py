@@ -245,8 +245,8 @@ def test_a_well_known_number_beyond_any_machine_stays_impossible():
 def test_what_is_known_only_together_is_said_so():
     gain, zero = Estimate(0.235, 0.012, "1", True), Estimate(1.638e6, 8.4e4, "Pa", True)
     found = FoundEffect(id="a", numbers={}, parameters={}, probability=0.9, alone={"gain": gain, "bias": zero})
-    assert "gain = 0.235 ± 0.012 or bias = 1.638 ± 0.084 N/mm²" in str(found)
-    assert "how large it is not" in str(replace(found, alone={}))
+    assert "gain = 0.235 ± 0.012 or bias = 1.638 ± 0.084 N/mm²" in found.sizes_on(None)[0]
+    assert "how large it is not" in replace(found, alone={}).sizes_on(None)[0]
     assert str(Estimate(4e-4, 2e-3, "m", True, (2e-4, 8e-4))) == "0.200 to 0.800 mm"
 
 
