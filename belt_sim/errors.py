@@ -1,8 +1,8 @@
 """Errors that a user can act on: name, value, unit, remedy, in one line; what a model is told to be beyond; and the
 checks of a number and a flag."""
 
-import math
 import re
+import sys
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from numbers import Real
@@ -77,7 +77,7 @@ def finite(
     value = value.item() if getattr(value, "ndim", None) == 0 else value
     is_number = isinstance(value, Real) and not isinstance(value, bool)
     remedy = "give one number; only a sweep takes a list" if isinstance(value, list | tuple) else remedy
-    if not is_number or not math.isfinite(value) or not fits(value):
+    if not is_number or not abs(value) <= sys.float_info.max or not fits(value):  # nan, inf, a whole number beyond
         raise InputError(name, value, unit, remedy)
     return float(value)
 
@@ -101,6 +101,7 @@ def whole(name: str, value: Any, least: int = 1, most: int | None = None, *, oth
     otherwise: what else may stand there, as in "auto or "; for the message.
     """
     _refuse_quoted(name, value, "")
+    value = value.item() if getattr(value, "ndim", None) == 0 else value
     if isinstance(value, bool) or not isinstance(value, int) or value < least:
         raise InputError(name, value, "", f"give {otherwise}a whole number of at least {least}")
     if most is not None and value > most:

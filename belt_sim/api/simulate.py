@@ -192,12 +192,9 @@ def candidates_of(asked: Any, model: AnalyticModel, leave_out: Sequence[str] | N
         excluded = ONLY_WHEN_NAMED if leave_out is None else leave_out
         return [c for name, c in library().items() if name not in excluded and model.refusal(c) is None]
     entries = asked if isinstance(asked, Sequence) and not isinstance(asked, str) else [asked]
-    classes: dict[str, type[Effect]] = {}
-    for entry in entries:
-        if is_class := isinstance(entry, type) and issubclass(entry, Effect):
-            refuse_undeclared(entry)
-        classes |= {entry.id: entry} if is_class else load_classes([entry])
-    if not classes:
+    for entry in (e for e in entries if isinstance(e, type) and issubclass(e, Effect)):
+        refuse_undeclared(entry)
+    if not (classes := load_classes(entries)):
         raise InputError("effects", "[]", "", "name at least one candidate, or null for the library")
     refuse_effects(model, list(classes.values()))
     return list(classes.values())

@@ -310,7 +310,7 @@ class SweepGrid:
             for c in corners:
                 refuse_short_waves(c, self.effects, chosen.step)
             plan = (*plans[0][:2], max(p[2] for p in plans))
-            if at is not None and (not isinstance(at, Sequence) or isinstance(at, str)):
+            if at is not None and (not isinstance(at, Sequence | np.ndarray) or isinstance(at, str)):
                 raise InputError("at", at, "m", "give a list of travels, e.g. at=[1,10]")
             remedy = f"give travels from 0 to {travel:g}"
             asked = [s for s in READ_AT if s <= travel] if at is None else at
@@ -354,6 +354,7 @@ def sweep_axes(config: Mapping[str, Any]) -> tuple[tuple[Axis, ...], dict[str, A
 
 def _axis(key: str, spec: Any) -> Axis | None:
     """The axis that ``spec`` means; None for a number that does not vary, and for a schedule of yaw."""
+    spec = np.asarray(spec).tolist() if getattr(spec, "ndim", 0) else spec
     if isinstance(spec, Mapping) and not {"from", "to", "count"} & set(spec):
         return None  # an adjustment {dx, d}
     told = SWEPT_SETTINGS.get(key, (re.sub(r"\W", "_", key), 1.0))

@@ -61,6 +61,7 @@ NOTES = ".hydra"  # folder of what is said about a run
 CASES = ".cases"
 BUSY = "another run is at work there"
 CASE_LOST = "its process or job was lost (killed, out of memory or of time); run the same command again"
+CASE_STOPPED = "it was stopped; run the same command again"
 #: of the run or sweep of this process: its folder, its lock, its configuration, and lines about what failed
 at_work: dict[str, Any] = {}
 #: engines that leave a GPU alone
@@ -272,7 +273,7 @@ SYSTEM_REMEDIES = {
 
 def explain(error: OSError, path: object) -> str:
     """An error of the system in one line: what it is about, what went wrong, what to do."""
-    remedy = SYSTEM_REMEDIES.get(error.errno or 0, "choose a folder that can be written")
+    remedy = SYSTEM_REMEDIES.get(error.errno or 0, "choose a file or folder that can be read and written")
     return f"{error.filename or path} = {error.strerror or error}: {remedy}"
 
 
@@ -300,6 +301,19 @@ def prepare_jax(space: bool) -> None:
     prepare(space)
 
 
+class _Imports(ModuleFinder):
+    """What a file imports, a module that does not compile included, which it may go without."""
+
+    def load_module(self, fqname: str, fp: Any, pathname: str, file_info: Any) -> Any:
+        """A module without what it imports, where its text is no Python."""
+        try:
+            return super().load_module(fqname, fp, pathname, file_info)
+        except SyntaxError:
+            module: Any = self.add_module(fqname)
+            module.__file__ = pathname
+            return module
+
+
 def input_hashes(config: Any) -> dict[str, str]:
     """Path -> SHA-256 of every file that a configuration names (campaign folders, effects, scenes, mappings), of the
     .py files that an effects.yaml names, and of all modules that these import from their own or the current folder."""
@@ -323,7 +337,7 @@ def input_hashes(config: Any) -> dict[str, str]:
             with suppress(OSError, ValueError):  # no file; a run that cannot read it says so
                 found[str(path)] = file_hash(path)
                 if path.suffix == ".py":
-                    finder = ModuleFinder([str(path.parent), os.getcwd()], excludes=["belt_sim"])
+                    finder = _Imports([str(path.parent), os.getcwd()], excludes=["belt_sim"])
                     with suppress(Exception):  # what it cannot follow; the modules found so far count
                         finder.run_script(str(path))
                     files = [getattr(module, "__file__", None) for module in finder.modules.values()]
@@ -331,7 +345,7 @@ def input_hashes(config: Any) -> dict[str, str]:
                 elif path.suffix in (".yaml", ".yml"):
                     text = path.read_text(encoding="utf-8", errors="replace")
                     names = [name.strip(" -\t") for name in re.findall(r"[^\n'\"\[\],:{}]+\.py\b", text)]
-                    both = ((Path(name), path.parent / name) for name in names)
+                    both = ((path.parent / name, Path(name)) for name in names)
                     places = (next((p for p in two if p.is_file()), None) for two in both)
                     left += [("", place) for place in places if place is not None]
     return found
@@ -448,6 +462,8 @@ def end_sweep() -> None:
     folder = Path(config.hydra.sweep.dir)
     ends, why = {case["number"]: case for case in noted_cases(config.hydra)}, failing_alike(config.hydra)
     cases = [case for _, case in sorted(ends.items()) if not why or case["failed"] != why]
+    if sys.exc_info()[0] is KeyboardInterrupt:
+        cases = [case | {"failed": CASE_STOPPED} if case["failed"] == CASE_LOST else case for case in cases]
     failures = [case["failed"] for case in cases if case["failed"]]
     at_work.setdefault("failures", []).extend(failures)
     if len(cases) > 1 and OmegaConf.select(config, "hydra.job.name") == "simulate":

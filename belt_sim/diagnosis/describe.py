@@ -11,6 +11,7 @@ from belt_sim.campaign.kinematics import check_running_start
 from belt_sim.campaign.quality import counted_from_yaw, records_of
 from belt_sim.diagnosis.decide import POLICY, needed_gain
 from belt_sim.diagnosis.errors import (
+    ALL_RUNS,
     drawings,
     error_map,
     errors_of,
@@ -71,6 +72,8 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
     causes = [cls.cause for cls in d.bench.forward.classes if cls.id in d.named.ids]
     faulty = any(cause is None or not cause.of_model for cause in causes)
     error = errors_of(d.bench, d.nothing, final, fit)
+    if ALL_RUNS in error.by_condition:
+        error = replace(error, held_out=None, own=None, by_condition={}, untestable=())
     sentence = _sentence(d, [e.id for e in effects if e.told != e.parameters])
     # why the effects that are named are not sure, or their sizes not reliable
     for run in dict.fromkeys(d.rests_on.values()):

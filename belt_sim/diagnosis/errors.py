@@ -42,6 +42,7 @@ HARMONIC_SIZES = np.geomspace(1e-3, 1e3, 121)  # of harmonics, that are tried be
 # before any, and below its size: what may as well be nothing, or twice as much, says nothing
 KNOWN_EFFECT = 0.5
 LARGEST_YAW_SHARE = 0.9  # of the largest yaw, from which a yaw counts as the largest
+ALL_RUNS = "all"  # the one condition of runs that are alike, which leaves none to predict them
 VISIBLE = 2.0  # sigma by which left-out readings have to be uncertain before anybody asks who knows them
 
 
@@ -84,7 +85,7 @@ def conditions(bench: Workbench) -> dict[str, np.ndarray]:
     kept = {n: m for n, m in found.items() if m.any() and not m[fitted].all()}
     if not fitted.all():
         kept["hold_out"] = ~fitted
-    return kept or {"all": fitted}
+    return kept or {ALL_RUNS: fitted}
 
 
 def held_out(bench: Workbench, fit: Fit) -> dict[str, Condition]:

@@ -32,12 +32,16 @@ MOST_TIMES_PLAUSIBLE = 100.0  # times the largest plausible value: more is a sli
 
 
 def load_classes(spec: Any) -> dict[str, type[Effect]]:
-    """Effect classes that ``spec`` names (ids, .py and .yaml files, laws); the whole library when it is None."""
+    """Effect classes that ``spec`` names (ids, .py and .yaml files, laws, classes); the library when it is None."""
     if spec is None:
         return dict(library())
     classes: dict[str, type[Effect]] = {}
     for item in _entries(spec):
-        classes |= _read_entry(item)[0]
+        is_class = isinstance(item, type) and issubclass(item, Effect)
+        found = {item.id: item} if is_class else _read_entry(item)[0]
+        for twice in (i for i, cls in found.items() if classes.get(i, cls) is not cls):
+            raise InputError("effects", twice, "", "two files have an effect of this id; give each an id of its own")
+        classes |= found
     return classes
 
 
@@ -142,7 +146,7 @@ def _entries(spec: Any) -> list:
             for k, item in enumerate(entries):  # a .py named there stands beside it unless its path says otherwise
                 name = str(item.get("id", "")) if isinstance(item, Mapping) else str(item)
                 beside = path.parent / name
-                if name.endswith(".py") and not Path(name).is_file() and beside.is_file():
+                if name.endswith(".py") and beside.is_file():
                     entries[k] = {**item, "id": str(beside)} if isinstance(item, Mapping) else str(beside)
             return entries
         return [text]

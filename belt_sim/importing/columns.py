@@ -8,6 +8,7 @@ import unicodedata
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
 from pathlib import Path
 from typing import Any, Literal
 
@@ -110,6 +111,12 @@ class Column:
     def numbers(self) -> np.ndarray:
         """The numbers as logged, without blanks; none of texts."""
         return np.empty(0) if self.is_text else self.values[np.isfinite(self.values)]
+
+    @property
+    def half_digit(self) -> float:
+        """Half of the last digit [SI] that its numbers are written with."""
+        digits = [int(Decimal(f"{x:.12g}").as_tuple().exponent) for x in self.numbers]
+        return 0.5 * abs(self.factor) * 10.0 ** min(digits, default=0)
 
     @property
     def why(self) -> str:
@@ -246,8 +253,9 @@ def roles_named(name: str) -> list[str]:
 
 
 def _remarks(name: str, part: str) -> bool:
-    """Whether a name has a word of this part of the remarks."""
-    return any(_speaks_of(plain(name), known) for known in texts_of(SYNONYMS_FILE)["remarks"][part])
+    """Whether a name has a word of this part of the remarks, and does not deny it: (no wind)."""
+    words = re.sub(r"\b(?:no|without|ohne) \w+", "", plain(name))
+    return any(_speaks_of(words, known) for known in texts_of(SYNONYMS_FILE)["remarks"][part])
 
 
 def _speaks_of(words: str, known: str) -> bool:
@@ -332,6 +340,7 @@ def _propose(column: Column, header: str) -> Column:
         units = (*(u for u in units if UNITS[u][0] == kind and not column.stamp), column.unit)
     column, kinds = replace(column, unit="", stated_units=units), {UNITS[u][0] for u in units if u in UNITS}
     named = [role for role in roles_named(name) if role != "speed" or not _remarks(name, "of_air")]
+    named = ["start"] if plain(name) == "start" and kinds == {"length"} else named  # start [m], not a start of its time
     role = named[0] if named else ""
     if column.is_text:
         said, words = texts_of(SYNONYMS_FILE)["directions"], [plain(v) for v in column.values]

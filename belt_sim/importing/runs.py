@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 
 from belt_sim.campaign import Run
-from belt_sim.campaign.folder import RATES, REPEAT_TOLERANCE, RUN_NUMBERS, UNKNOWN_RUN_IN
+from belt_sim.campaign.folder import COUNTED, RATES, REPEAT_TOLERANCE, RUN_NUMBERS, UNKNOWN_RUN_IN
 from belt_sim.campaign.quality import SPIKE, few_spikes, reading_at_yaw, resolution, scatter
 from belt_sim.campaign.types import SteadyRate, did_you_mean, shortlist
 from belt_sim.errors import InputError
@@ -36,10 +36,10 @@ YAW_MOVED = 1e-4
 TENTHS, MOVING_SIGMAS = 10, 6.0
 #: Quantile of the steps of a signal or a clock, of which it makes fewer than GOES_ON where it goes on.
 USUAL_STEP = 0.95
+#: Decimals of a travel [m] at which rows of two files are one.
+PLACE_DECIMALS = 9
 #: Digits that a logged setting is rounded to, and those of a place on the belt, of up to 20000 m.
 LOGGED_DIGITS, START_DIGITS = 4, 7
-#: Share by which a setting may differ between two tables of runs, as by rounding.
-SAME_STATED = 1e-3
 
 
 @dataclass(frozen=True)
@@ -112,19 +112,14 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
         if run is None:
             continue
         parts = files.setdefault(block.name, [])
-        for part in parts:  # a run may have its sensors in several files, but no other readings of one
-            ours, theirs = ({str(n): y.dropna() for n, y in p.record.items() if n != TIME_COLUMN} for p in (run, part))
-            others = [n for n in ours if n in theirs and not ours[n].equals(theirs[n])]
-            if others:
-                remedy = f"stands already in {part.file} with other readings of {' and '.join(others)}; join them if "
-                remedy += "the run goes on, else give every run its own name, or import each by itself"
-                raise block.refuse(0, "run", block.label, "", remedy)
+        for part in parts:
+            _refuse_contradictions(block, run, part)
         parts.append(run)
     strange = next((name for name in mapping.runs if name not in names), None)
     if strange is not None and not lacks_speed:
         raise InputError(f"runs.{strange}", strange, "", f"no file has such a run; {did_you_mean(strange, names)}")
     for parts in files.values():  # one run from several files: of each setting the first that has it
-        record = pd.concat([p.record for p in parts]).groupby(level=0).last() if parts[1:] else parts[0].record
+        record = pd.concat([_by_place(p) for p in parts]).groupby(level=0).last() if parts[1:] else parts[0].record
         if not all(TIME_COLUMN in p.record for p in parts):
             record = record.drop(columns=TIME_COLUMN, errors="ignore")
         own: dict[str, Any] = {"settings": {k: s for p in reversed(parts) for k, s in p.settings.items()}}
@@ -136,6 +131,36 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
     lacking = [(run, key) for run in found.recorded for key in NEEDED if key not in run.settings]
     found.questions.extend(ask(key, run=run.key, file=run.file) for run, key in lacking)
     return found
+
+
+def _by_place(part: AssembledRun) -> pd.DataFrame:
+    """A record with the last row of each travel, rounded as files of other units have it."""
+    return part.record.groupby(np.round(part.record.index, PLACE_DECIMALS)).last()
+
+
+def _refuse_contradictions(block: LoggedTable, run: AssembledRun, part: AssembledRun) -> None:
+    """Raise CampaignError where ``run``, from ``block``, and another ``part`` of it have other readings of one sensor,
+    or a setting by other columns. The same in other units, or fewer rows of them, are a copy."""
+    ours, theirs, others = _by_place(run), _by_place(part), list[str]()
+    for name in ours.columns.intersection(theirs.columns).drop(TIME_COLUMN, errors="ignore"):
+        one, other = ours[name].dropna(), theirs[name].dropna()
+        both = one.index.intersection(other.index)
+        steps = (resolution(y.to_numpy()) for y in (one, other))
+        rounding = 0.51 * min(max(steps), SAME_SETTING * float(np.ptp(one)))
+        if len(both) < min(len(one), len(other)) or not np.allclose(one[both], other[both], rtol=1e-9, atol=rounding):
+            others.append(str(name))
+    if others:
+        remedy = f"stands already in {part.file} with other readings of {' and '.join(others)}; join them if the run"
+        remedy += " goes on, else give every run its own name, or import each by itself"
+        raise block.refuse(0, "run", block.label, "", remedy)
+    for key, new in run.settings.items():
+        old = part.settings.get(key, new)
+        apart = abs(new.value - old.value) > (1e-6 if key in COUNTED else SAME_SETTING) * abs(new.value)
+        if apart and new.source.endswith("its column") and old.source.endswith("its column"):
+            says = f"{part.file} says {setting_text(key, old.value)} of run {block.label}"
+            raise block.refuse(
+                0, key, setting_text(key, new.value), "", f"{says}; mend one, or state it in the mapping"
+            )
 
 
 # ---- which rows and columns of a table are one run
@@ -254,6 +279,12 @@ def _assemble(
     moved |= {"direction": Setting(-1.0, "the sign of travel or speed")} if way.direction < 0.0 else {}
     logged = logged_settings(block, way.travel, moved, stated, section)
     known = moved | named | logged | stated  # of each the last that has it
+    counted, at = block.values("travel"), known.get("yaw_at")
+    if at and counted is not None and counted[0] != 0.0 and not at.source.startswith("the step"):
+        up = np.sign(counted[-1] - counted[0])  # as the column of travel counts, where it has that place
+        if up * counted[0] <= up * at.value <= up * counted[-1]:
+            place = round(float(np.interp(up * at.value, up * counted, way.travel)), PLACE_DECIMALS)
+            known["yaw_at"] = replace(at, value=place, source=f"{place:g} m behind the first row, by {at.source}")
     tellers = (BY_TRAVEL, *(c.name for c in block.columns if c.role == "speed"))
     speeds = dict(zip(tellers, usual_speeds(way, block.values("speed")), strict=False))
     speeds |= {speed.source: abs(speed.value)} if speed else {}
@@ -306,8 +337,9 @@ def stated_settings(
 
 
 def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, LoggedSettings]:
-    """Run -> settings that tables of runs state, one row a run; refused where two tables contradict."""
-    found, places = dict[str, LoggedSettings](), dict[tuple[str, str], str]()
+    """Run -> settings that tables of runs state, one row a run; refused where two tables contradict by more than their
+    digits are rounded; else the finer one counts."""
+    found, places = dict[str, LoggedSettings](), dict[tuple[str, str], tuple[str, float]]()
     for table in tables:
         run = table.column("run")
         labels = [f"r{k}" for k in range(1, len(table.lines) + 1)] if run is None else run.labels
@@ -318,16 +350,25 @@ def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, Log
                 raise table.refuse(row, "run", labels[row], "", remedy)
         found = {name: {} for name in names} | found
         for column in (c for c in table.columns if c.role in RANGES):
-            unit, values = RANGES[column.role].unit, section.stress(column.si(), column.dimension)
+            values, rounding = (section.stress(x, column.dimension) for x in (column.si(), column.half_digit))
             for row in np.flatnonzero(np.isfinite(values)).tolist():
                 name, role, value = names[row], column.role, float(values[row])
-                text, before = f"{value / UNITS[unit][1]:.6g} {unit}".strip(), found[name].get(role)
-                if before is not None and not math.isclose(value, before.value, rel_tol=SAME_STATED):
-                    remedy = f"{places[name, role]} says {before.text} of run {name}; mend one, or name the runs apart"
+                text, before = setting_text(role, value), found[name].get(role)
+                place, coarse = places.get((name, role), ("", math.inf))
+                may_differ = 1.01 * (rounding + coarse) if before and value * before.value > 0.0 else 0.0
+                if before is not None and abs(value - before.value) > may_differ:
+                    remedy = f"{place} says {before.text} of run {name}; mend one, or name the runs apart"
                     raise table.refuse(row, role, text, "", remedy)
-                found[name][role] = Setting(value, "the table of runs", text)
-                places[name, role] = f"{table.file.name}:{table.lines[row]}"
+                if rounding <= coarse:
+                    found[name][role] = Setting(value, "the table of runs", text)
+                    places[name, role] = f"{table.file.name}:{table.lines[row]}", rounding
     return found
+
+
+def setting_text(setting: str, value: float) -> str:
+    """A setting [SI] in the unit that it has without one: 10 N/mm2."""
+    unit = RANGES[setting].unit
+    return f"{value / UNITS[unit][1]:.6g} {unit}".strip()
 
 
 def run_name(text: str) -> str:
@@ -540,9 +581,8 @@ def _runs_of(made: list[AssembledRun]) -> list[Run]:
         for key, setting in m.settings.items():
             bounds = RANGES[key]
             if np.isfinite(setting.value) and not bounds.holds(setting.value):
-                shown = f"{setting.value / UNITS[bounds.unit][1]:.6g}"
                 remedy = f"must be {bounds.low:g} to {bounds.high:g} {bounds.unit}; it came from {setting.source}"
-                raise InputError(f"runs.{m.key}.{key}", shown, bounds.unit, remedy)
+                raise InputError(f"runs.{m.key}.{key}", setting_text(key, setting.value), "", remedy)
         values: dict[str, Any] = {"tension": np.nan, "yaw": np.nan} | {k: s.value for k, s in m.settings.items()}
         values |= {"name": m.entry.name or m.key, "use": m.entry.use or "fit"}
         runs.append(Run(repeat_of=m.entry.repeat_of, started=m.started, **values))

@@ -1,5 +1,6 @@
 """Five lines in a notebook: every name of ``import belt_sim as bs``, and how results show themselves."""
 
+import shutil
 import subprocess
 import sys
 from dataclasses import FrozenInstanceError, replace
@@ -215,7 +216,7 @@ def test_what_a_diagnosis_found_can_be_added_to_the_model(tmp_path):
     assert bs.plot(d, tmp_path / "overlay.png")._repr_png_() == (tmp_path / "overlay.png").read_bytes()
 
 
-def test_effects_are_asked_for_by_name_file_or_class():
+def test_effects_are_asked_for_by_name_file_or_class(tmp_path):
     from belt_sim.api.simulate import candidates_of
 
     wind = ROOT / "models" / "effects" / "wind.py"
@@ -224,6 +225,9 @@ def test_effects_are_asked_for_by_name_file_or_class():
     assert "shear" not in [c.id for c in candidates_of(None, MODEL)]  # left out unless named
     assert "shear" in [c.id for c in candidates_of(None, MODEL, leave_out=())]
     assert {"camber", "weld", "edge_guide"} <= {c.id for c in candidates_of(None, MODEL)}
+    shutil.copy(wind, tmp_path / "wind.py")
+    with pytest.raises(bs.InputError, match="effects = wind: two files have an effect of this id"):
+        candidates_of([str(wind), str(tmp_path / "wind.py")], MODEL)
     with pytest.raises(bs.BeltError, match="strip has sag_roll built in"):
         candidates_of(["sag_roll"], bs.model_named("strip"))
 

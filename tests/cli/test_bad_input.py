@@ -47,6 +47,7 @@ VALUES = [
     ("yaw_head=3", "yaw_head = 3 deg"),
     ("travel=0", "travel = 0 m: must be 0.1 to 100000 m"),
     ("travel=far", "travel = far m"),
+    (f"travel=1{'0' * 400}", "give a finite number"),
     ("direction=2", "use 1 or -1"),
     ("speed=-1", "speed = -1 m/s"),
     ("belt.width=wide", "belt.width = wide m: give a finite number"),

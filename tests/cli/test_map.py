@@ -176,3 +176,10 @@ def test_limits_are_asked_at_every_value_of_an_inner_axis():
     """At 0.1 degrees the belt slips between 10 and 40 N/mm2; of 381 rows, every third would never be of that yaw."""
     table = bs.sweep(tension={"from": 7, "to": 60, "count": 127}, yaw=[0.0, 0.1, 0.05], travel=5.0)
     assert any("slip (" in line for line in table.attrs["beyond"])
+
+
+def test_values_and_counts_may_be_of_numpy():
+    plain = bs.sweep(tension=[7.0, 10.0], model="strip", travel=1.0, at=[1.0])
+    some = {"tension": np.array([7.0, 10.0]), "at": np.array([1.0])}
+    for own in (some, some | {"tension": {"from": 7, "to": 10, "count": np.int64(2)}, "workers": np.int64(1)}):
+        pd.testing.assert_frame_equal(bs.sweep(model="strip", travel=1.0, **own), plain)

@@ -9,6 +9,7 @@ import pytest
 
 from belt_sim.commands import runs
 from belt_sim.commands.cli import run_command
+from belt_sim.effects.load import load_effects
 from belt_sim.io import CAMPAIGNS, ROOT
 
 SWEEP = ("simulate", "-m", "model=strip", "travel=2", "pictures=false", "tension=20,40")
@@ -152,3 +153,41 @@ def test_imports_that_cannot_be_followed_hide_no_others(tmp_path):
     own.write_text("import before\nfrom lib.sizes import SIZE\n")
     found = runs.input_hashes({"effects": [{"id": str(own)}]})
     assert {str(own), str(tmp_path / "before.py")} <= {*found}
+    (tmp_path / "lame.py").write_text("def (\n")
+    (tmp_path / "after.py").write_text("TWO = 2.0\n")
+    own.write_text("try:\n    import lame\nexcept SyntaxError:\n    lame = None\nimport after\n")
+    found = runs.input_hashes({"effects": [{"id": str(own)}]})
+    assert {str(own), str(tmp_path / "lame.py"), str(tmp_path / "after.py")} == {*found}
+
+
+def test_an_effect_beside_its_table_counts_before_one_of_its_name_elsewhere(tmp_path, monkeypatch):
+    """Guard: that of the current folder was taken, and its hash."""
+    (tmp_path / "there").mkdir()
+    for folder in (tmp_path, tmp_path / "there"):
+        shutil.copy(OWN, folder / "wind.py")
+    table = tmp_path / "there" / "effects.yaml"
+    table.write_text("schema: belt-effects/1\neffects: [{id: wind.py, load: 1.0e-2}]\n", encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    (wind,) = load_effects(str(table))
+    assert type(wind).source_file == str(table.with_name("wind.py"))
+    assert runs.input_hashes({"effects": str(table)}).keys() == {str(table), str(table.with_name("wind.py"))}
+
+
+def test_a_case_that_is_stopped_is_not_lost(belt, monkeypatch):
+    """Guard: the table said of the case at work at Ctrl-C that its process was lost."""
+    carry_out = runs.RunDir.carry_out
+
+    def stop(run, computed=None):
+        if run.case == 1:
+            raise KeyboardInterrupt
+        return carry_out(run, computed)
+
+    monkeypatch.setattr(runs.RunDir, "carry_out", stop)
+    answer = belt(*SWEEP)
+    assert (answer.status, answer.err) == (130, "belt-sim: stopped; what was finished is kept\n")
+    assert pd.read_csv(belt.folder / "sweep.csv")["failed"].fillna("").tolist() == ["", runs.CASE_STOPPED]
+
+
+def test_a_file_that_cannot_be_read_is_not_to_be_written():
+    said = runs.explain(PermissionError(13, "Permission denied", "own.py"), "run")
+    assert said == "own.py = Permission denied: choose a file or folder that can be read and written"

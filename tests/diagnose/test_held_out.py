@@ -5,10 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from linear_bench import SPREAD, linear_bench
-from small_campaign import MODEL, campaign
+from small_campaign import CLASSES, MODEL, SEED, campaign
 from test_linear_readings import with_edge
 
+from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.errors import Condition, ErrorsWithoutNuisances, errors_of, held_out, prior_of_fit
+from belt_sim.diagnosis.examine import examine
 from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.noise import metric_of
 from belt_sim.diagnosis.workbench import Workbench, workbench
@@ -91,3 +93,12 @@ def test_a_right_effect_takes_the_error_to_the_floor_whatever_the_zeros_are(draw
     assert error.own.before > 2.5 * error.own.floor
     assert error.own.after == pytest.approx(error.own.floor, rel=0.2)
     assert error.held_out.after > 0.9 * error.held_out.before
+
+
+def test_a_campaign_of_one_run_has_no_unseen_ones():
+    """Guard: the error that no run at all had predicted was that of unseen runs."""
+    whole = campaign("nothing")
+    found = examine(replace(whole, runs=whole.runs[:1]), MODEL, CLASSES[1:2], seed=SEED, laws=None)
+    error = describe(found, seed=SEED).error
+    assert (error.held_out, error.own, error.by_condition) == (None, None, {})
+    assert error.fit is not None

@@ -314,3 +314,67 @@ def test_a_stress_and_a_force_have_no_mean(tmp_path):
     columns = [L.travel, 0.0 * L.travel + 10.0, 0.0 * L.travel + 600.0, L.y1]
     with pytest.raises(InputError, match=r"use\.tension = mean: tension left .* are in units of several kinds"):
         proposal(tmp_path / "a.csv", header, columns, use={"tension": "mean"})
+
+
+def test_tables_of_runs_may_differ_as_their_digits_are_rounded(tmp_path):
+    """Guard: 0.7 mrad beside 0.0403 deg was refused. Nothing is no rounded number."""
+    record, tables = tmp_path / "a.csv", [tmp_path / "t.csv", tmp_path / "u.csv"]
+    record.write_text(table(["travel [m]", "y1 [mm]"], [L.travel, L.y1]))
+    rows = "run,tension [N/mm2],yaw [deg]\na,10.2,-0.0403\n", "run,tension [N/mm2],yaw [mrad]\na,10,-0.7\n"
+    for texts in (rows, rows[::-1]):
+        for path, text in zip(tables, texts, strict=True):
+            path.write_text(text)
+        (run,) = understand(read([record, *tables]), MAPPING).complete().runs
+        assert (run.tension, run.yaw) == pytest.approx((10.2e6, np.radians(-0.0403)))
+    tables[1].write_text("run,yaw [deg]\na,0\n")
+    with pytest.raises(CampaignError, match=r"u\.csv:2: yaw = 0 deg: t\.csv:2 says -0\.0401"):
+        understand(read([record, *tables]), MAPPING)
+
+
+def test_a_copy_in_other_units_or_of_fewer_rows_is_no_other_run(tmp_path):
+    """Guard: both were refused as other readings."""
+    header, first = ["travel [m]", "y1 [mm]"], [L.travel, L.y1]
+    for names, later in (
+        (["travel [mm]", "y1 [m]", "y4 [mm]"], [1e3 * L.travel, 1e-3 * L.y1, L.y4]),
+        ([*header, "y4 [mm]"], [L.travel[::4], L.y1[::4], L.y4[::4]]),
+    ):
+        (run,) = two_files(tmp_path, header, first, names, later)().complete().runs
+        assert {*run.signals} == {"y1", "y4"}
+        assert np.ptp(run.signals["y1"]) == pytest.approx(1e-3 * np.ptp(L.y1), rel=0.1)
+
+
+def test_settings_of_records_that_contradict_are_refused(tmp_path):
+    """Guard: that of the first file counted."""
+    columns = [L.travel, L.y1, 0.0 * L.travel + 10.0]
+    header, other = ["travel [m]", "y1 [mm]", "tension [N/mm2]"], ["travel [m]", "y4 [mm]", "tension [MPa]"]
+    only = {"all_runs": {"yaw": "-0.73 mrad"}}
+    two_files(tmp_path, header, columns, other, [L.travel, L.y4, 0.0 * L.travel + 20.0])
+    files = [tmp_path / "day1.csv", tmp_path / "day2.csv"]
+    told = r"day2\.csv:2: tension = 20 N/mm2: day1\.csv says 10 N/mm2 of run 7; mend one, or state it in the mapping"
+    with pytest.raises(CampaignError, match=told):
+        understand(read(files), MAPPING | only)
+    assert understand(read(files), MAPPING | {"all_runs": RUN}).complete().runs[0].tension == 10e6
+    two_files(tmp_path, header, columns, other, [L.travel, L.y4, 0.0 * L.travel + 10.01])
+    assert understand(read(files), MAPPING | only).complete().runs[0].tension == 10e6
+
+
+def test_a_speed_without_wind_is_the_belts(tmp_path):
+    columns = [L.travel, 0.0 * L.travel + 2.0, L.y1]
+    for name, speed in (("belt speed (no wind) [m/s]", 2.0), ("fan belt speed [m/s]", 0.5)):
+        made = proposal(tmp_path / "a.csv", ["travel [m]", name, "y1 [mm]"], columns)
+        assert made.complete().runs[0].speed == speed
+        assert [q.key for q in made.unknown] == ([] if speed == 2.0 else [f"columns.{name}.at"])
+
+
+def test_a_table_of_runs_states_starts_and_yaws_as_the_travel_counts(tmp_path):
+    """Guard: start went unsaid; a yaw at 1008 m of an odometer was beyond the record, one at 8 m 3 m too late."""
+    (tmp_path / "t.csv").write_text("run,tension [N/mm2],yaw [deg],start [m],yaw at [m]\na,10,-0.042,2.5,8\n")
+    for first, at in ((3.0, 5.0), (0.0, 8.0)):
+        (tmp_path / "a.csv").write_text(table(["travel [m]", "y1 [mm]"], [first + L.travel, L.y1]))
+        (run,) = understand(read([tmp_path / "a.csv", tmp_path / "t.csv"]), MAPPING).complete().runs
+        assert (run.start, run.yaw_at) == (2.5, at)
+    columns = [1038.0 - L.travel, L.y1, 0.0 * L.travel + 1026.0]
+    (run,) = proposal(tmp_path / "b.csv", ["odometer [m]", "y1 [mm]", "yaw at [m]"], columns).complete().runs
+    assert run.yaw_at == 12.0
+    run = proposal(tmp_path / "b.csv", ["odometer [m]", "y1 [mm]"], columns[:2], all_runs=RUN | {"yaw_at": "5 m"})
+    assert run.complete().runs[0].yaw_at == 5.0
