@@ -20,8 +20,6 @@ from typing import Any, ClassVar, dataclass_transform
 from belt_sim.case import Case, pytree
 from belt_sim.errors import InputError
 from belt_sim.line.hooks import HOOKS, LAW_NAMES, Hooks
-from belt_sim.line.runup import add
-from belt_sim.scene_parts import PulleySurface, SceneParts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -121,30 +119,6 @@ class Effect(Hooks):
         return cls(**{name: p.null for name, p in cls.parameters.items()})
 
 
-class PartOfScene(Effect):
-    """Effects that are a part of a 3D scene, in proportion to one number, or to one of each pulley.
-
-    part: a field of ``SceneParts``, or of ``PulleySurface`` with ``pulleys``; of: names of the numbers; pulleys: "tail"
-    or "head" for each of them; per_force: whether they count per newton of the belt's force.
-    """
-
-    part: ClassVar[str] = ""
-    of: ClassVar[tuple[str, ...]] = ()
-    pulleys: ClassVar[tuple[str, ...]] = ()
-    per_force: ClassVar[bool] = False
-
-    def scene(self, parts, case):
-        numbers = [
-            getattr(self, name) * float(case.tension_force) if self.per_force else getattr(self, name)
-            for name in self.of
-        ]
-        if not self.pulleys:
-            return add(parts, **{self.part: numbers[0]})
-        for pulley, number in zip(self.pulleys, numbers, strict=True):
-            parts = parts.add_to_pulley(pulley, **{self.part: number})
-        return parts
-
-
 @dataclass_transform(frozen_default=True, kw_only_default=True)
 def effect(cls):
     """Make a frozen dataclass of an effect class, check its declaration, and register it as a JAX pytree.
@@ -174,15 +148,6 @@ def effect(cls):
             raise InputError(f"{cls.__name__}.{name}.plausible", p.plausible, p.unit, remedy)
     if hidden := names & {*HOOKS, "influence", "acts"}:
         raise InputError(f"{cls.__name__}.parameters", sorted(hidden), "", "hooks have these names; choose others")
-    if issubclass(cls, PartOfScene) and cls.scene is PartOfScene.scene:
-        there = PulleySurface if cls.pulleys else SceneParts
-        counted = len(cls.of) == max(1, len(cls.pulleys)) and {*cls.pulleys} <= {"tail", "head"}
-        if not counted or cls.part not in there.__annotations__:
-            remedy = (
-                f'part "{cls.part}" of {", ".join(cls.of) or "no number"}: one of a pulley has "tail" or "head" for '
-                "each number, one of the whole scene a single number and no pulleys"
-            )
-            raise InputError(f"{cls.__name__}.pulleys", repr(cls.pulleys), "", remedy)
     cls.declared = True
     return pytree(cls)
 

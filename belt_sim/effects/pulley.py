@@ -7,7 +7,7 @@ from typing import Any
 
 import jax.numpy as jnp
 
-from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, TURN_OVER, Cause, Effect, PartOfScene, effect, parameter
+from belt_sim.effects.base import CHECK_DIAMETERS, CHECK_MODEL, TURN_OVER, Cause, Effect, effect, parameter
 from belt_sim.line.runup import add, sag_angle
 from belt_sim.line.span import solve_by_halves
 
@@ -18,7 +18,7 @@ _CROWN: Any = {"plausible": (-0.5, 0.5), "scale": 5e-3, "shop": (500.0, "‰ of 
 
 
 @effect
-class Taper(PartOfScene):
+class Taper(Effect):
     """kappa_t = (dR/dy)/R turns the landing belt: dtheta_u/ds = -(kappa_u + kappa_t), towards the larger radius."""
 
     title = "Taper: a pulley that is a cone"
@@ -30,12 +30,14 @@ class Taper(PartOfScene):
         ("tail", "head"),
         f"{CHECK_DIAMETERS} A belt that is thicker at one edge does the same on both pulleys. {TURN_OVER}",
     )
-    part, of, pulleys = "taper", ("kappa_t", "kappa_t_head"), ("tail", "head")
     kappa_t: float = parameter("1/m", "taper of the tail pulley (+: thicker at +y)", **_TAPER)
     kappa_t_head: float = parameter("1/m", "taper of the head pulley (+: thicker at +y)", **_TAPER)
 
     def runup(self, runup, state, case):
         return add(runup, turn=jnp.stack([self.kappa_t, self.kappa_t_head]))
+
+    def scene(self, parts, case):
+        return parts.add_to_pulley("tail", taper=self.kappa_t).add_to_pulley("head", taper=self.kappa_t_head)
 
 
 @effect
@@ -236,7 +238,7 @@ class TractionLoss(Effect):
 
 
 @effect
-class LiftOff(PartOfScene):
+class LiftOff(Effect):
     """Steel of thickness h straightens over l = sqrt(D/(sigma h)) beside the tangent point, D its plate stiffness.
 
     A fibre under more tension has a shorter layer and lies lower there. A belt with an in-plane moment M so tilts where
@@ -253,7 +255,6 @@ class LiftOff(PartOfScene):
     reference = "plate under tension on a cylinder, any textbook; checked against shell elements on cylinders"
     parity = "odd"
     cause = Cause("the belt leaves its pulleys along a layer", ("tail", "head"), CHECK_MODEL, of_model=True)
-    part, of = "lift_off", ("strength",)
     strength: float = parameter(
         "1", "share of the bending layer that acts", plausible=(0.5, 1.5), scale=1.0, default=1.0
     )
@@ -278,6 +279,9 @@ class LiftOff(PartOfScene):
         added = back @ (out + more)  # to the boundary values, per unit of what the pulleys give
         rows = dict(zip(("runup", "runoff", "twist_runup", "twist_runoff"), more.swapaxes(0, 1), strict=True))
         return add(answer, **rows, mid_tilt=jnp.einsum("sd,sde->se", answer.mid_tilt, added))
+
+    def scene(self, parts, case):
+        return add(parts, lift_off=self.strength)
 
 
 _ASIDE = 0.3  # of turn times zone: how far the end of a zone goes aside

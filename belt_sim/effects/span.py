@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.effects.base import CHECK_MODEL, METRES, TURN_OVER, Cause, Effect, PartOfScene, effect, parameter
+from belt_sim.effects.base import CHECK_MODEL, METRES, TURN_OVER, Cause, Effect, effect, parameter
 from belt_sim.line.runup import FRICTION, add
 from belt_sim.line.span import (
     add_load,
@@ -65,7 +65,7 @@ class Shear(Effect):
 
 
 @effect
-class Flatness(PartOfScene):
+class Flatness(Effect):
     """The strip has the residual stress amplitude (1 - 12 y^2/b^2) across its width: a parabola without resultant.
 
     amplitude > 0: long edges, which are pressed; amplitude < 0: a long middle. The stress at rest works on the twist
@@ -85,7 +85,6 @@ class Flatness(PartOfScene):
         ("upper", "lower"),
         "Slacken the belt and look for wavy edges or a loose middle.",
     )
-    part, of = "residual", ("amplitude",)
     amplitude: float = parameter("Pa", "residual stress in the middle of the width", plausible=(-2e7, 2e7), scale=3e6)
 
     def span(self, span, case):
@@ -93,9 +92,12 @@ class Flatness(PartOfScene):
         change = -jnp.minimum(0.8 * self.amplitude, case.settings.tension)
         return add(span, torsion=belt.width**3 * belt.thickness / 12.0 * change)
 
+    def scene(self, parts, case):
+        return add(parts, residual=self.amplitude)
+
 
 @effect
-class MachineTilt(PartOfScene):
+class MachineTilt(Effect):
     """The share ``angle`` of the belt's weight pulls both spans sideways: a side load q angle per metre towards +y.
 
     The spans bow towards the lower side and climb there on both pulleys alike: strongest when slack, at most as a rope
@@ -113,7 +115,6 @@ class MachineTilt(PartOfScene):
         ("upper", "lower"),
         "Put a level across the frame, at the head and at the tail.",
     )
-    part, of = "lean", ("angle",)
     angle: float = parameter("rad", "lean of the machine towards +y", plausible=(-0.05, 0.05), scale=1e-3)
 
     def influence(self, span, case):
@@ -121,6 +122,9 @@ class MachineTilt(PartOfScene):
 
     def bend(self, bend, boundary, known, case):
         return add_load(bend, known, jnp.full(2, self.angle * case.weight_per_length))
+
+    def scene(self, parts, case):
+        return add(parts, lean=self.angle)
 
 
 _PLACE: Any = parameter(

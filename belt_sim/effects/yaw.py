@@ -9,22 +9,12 @@ import jax.numpy as jnp
 import numpy as np
 
 from belt_sim.case import Schedule
-from belt_sim.effects.base import CHECK_MODEL, PERCENT, Cause, Effect, PartOfScene, effect, parameter
+from belt_sim.effects.base import CHECK_MODEL, PERCENT, Cause, Effect, effect, parameter
 from belt_sim.line.runup import add
 
 
-class _YawError(PartOfScene):
-    """The yaw of a pulley is off by a number, times the belt's force where that is per newton."""
-
-    part, of, pulleys = "yaw_offset", ("beta_0",), ("tail",)
-
-    def yaw(self, yaw, state, case):
-        error = getattr(self, self.of[0])
-        return add(yaw, **{self.pulleys[0]: error * case.tension_force if self.per_force else error})
-
-
 @effect
-class YawOffsetTail(_YawError):
+class YawOffsetTail(Effect):
     """The yaw of the tail pulley is beta + beta_0: the lines w(beta) of all tensions cross at -beta_0."""
 
     title = "Zero error of the tail pulley's yaw"
@@ -37,7 +27,14 @@ class YawOffsetTail(_YawError):
         ("tail",),
         "Measure the axes' distance at both sides, and set the steering's zero.",
     )
+    pulley = "tail"
     beta_0: float = parameter("rad", "yaw at command zero (+: as a positive yaw)", plausible=(-2e-3, 2e-3), scale=1e-4)
+
+    def yaw(self, yaw, state, case):
+        return add(yaw, **{self.pulley: self.beta_0})
+
+    def scene(self, parts, case):
+        return parts.add_to_pulley(self.pulley, yaw_offset=self.beta_0)
 
 
 @effect
@@ -50,7 +47,7 @@ class YawOffsetHead(YawOffsetTail):
         ("head",),
         "Measure the axes' distance at both sides of the machine.",
     )
-    pulleys = ("head",)
+    pulley = "head"
 
 
 @effect
@@ -110,7 +107,7 @@ class YawCompliance(Effect):
 
 
 @effect
-class UnequalTension(_YawError):
+class UnequalTension(Effect):
     """The tail pulley is turned by what its tensioners give way unequally: yaw = commanded + yaw_per_force F.
 
     At one tension it is a zero error of the yaw (yaw_offset_tail); two tensions tell them apart.
@@ -126,17 +123,22 @@ class UnequalTension(_YawError):
         ("tensioner",),
         "Compare both tensioners' pressures or strokes, and free a guide that sticks.",
     )
-    of, per_force = ("yaw_per_force",), True
     yaw_per_force: float = parameter(
         "rad/N", "yaw of the tail per unit of belt force", plausible=(-2e-6, 2e-6), scale=1e-7
     )
+
+    def yaw(self, yaw, state, case):
+        return add(yaw, tail=self.yaw_per_force * case.tension_force)
+
+    def scene(self, parts, case):
+        return parts.add_to_pulley("tail", yaw_offset=self.yaw_per_force * float(case.tension_force))
 
 
 _CANT: Any = {"plausible": (-5e-3, 5e-3), "scale": 2e-4}
 
 
 @effect
-class Cant(PartOfScene):
+class Cant(Effect):
     """An axis raised by gamma towards +y moves the belt along the wrap, y + gamma z = const, by 2 R gamma.
 
     It rolls the ends of both spans by gamma, and where they sag and meet the pulley psi before its top it also turns
@@ -155,7 +157,6 @@ class Cant(PartOfScene):
         ("tail", "head"),
         "Put a machinist's level on the shaft of the {pulley} pulley.",
     )
-    part, of, pulleys = "cant", ("gamma", "gamma_head"), ("tail", "head")
     gamma: float = parameter("rad", "cant of the tail pulley (+: higher at +y)", **_CANT)
     gamma_head: float = parameter("rad", "cant of the head pulley (+: higher at +y)", **_CANT)
 
@@ -170,6 +171,9 @@ class Cant(PartOfScene):
         lean, roll = jnp.sin(state.sag_angle), jnp.stack([self.gamma, self.gamma_head])
         turned = {"tail": -self.gamma * lean, "head": self.gamma_head * lean}
         return add(yaw, **turned, roll_runup=roll, roll_runoff=roll[::-1])
+
+    def scene(self, parts, case):
+        return parts.add_to_pulley("tail", cant=self.gamma).add_to_pulley("head", cant=self.gamma_head)
 
 
 _RADII = (-8e-3, -5e-3, -2.5e-3, 0.0, 2.5e-3, 5e-3, 8e-3)  # half a radian of phase apart after thirty turns

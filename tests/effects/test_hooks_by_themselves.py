@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 from paper_cases import BELT, RIG, paper_case
 
-from belt_sim.effects.base import Effect, PartOfScene, effect, library, parameter
+from belt_sim.effects.base import Effect, library
 from belt_sim.effects.load import load_classes
 from belt_sim.effects.span import Shear, Weld
 from belt_sim.effects.yaw import Wobble
-from belt_sim.errors import InputError
 from belt_sim.io import ROOT
 from belt_sim.jax_setup import in_float64
 from belt_sim.line.hooks import HOOKS, overrides
@@ -54,27 +53,6 @@ def test_a_hook_that_is_not_overridden_returns_its_first_argument(name):
 
 def test_a_hook_of_the_library_can_be_called_where_it_changes_nothing():
     assert library()["taper"](kappa_t=2e-5).sensor("reading", None) == "reading"
-
-
-@pytest.mark.parametrize(
-    "declared",
-    [
-        {"part": "taper", "of": ("t", "h")},
-        {"part": "residual", "of": ("t", "h")},
-        {"part": "taper", "of": ("t",)},
-        {"part": "taper", "of": ("t", "h"), "pulleys": ("tail",)},
-        {"part": "taper", "of": ("t", "h"), "pulleys": ("tail", "heads")},
-        {"part": "residual"},
-    ],
-)
-def test_a_part_of_a_pulley_says_of_which_one(declared):
-    numbers = {n: parameter("1/m", "taper", plausible=(-1, 1), scale=0.1) for n in ("t", "h")}
-    cls = type(
-        "Own", (PartOfScene,), {"law": "run-up", "__annotations__": dict.fromkeys(numbers, float)} | numbers | declared
-    )
-    with pytest.raises(InputError, match=r"Own\.pulleys = .*\"tail\" or \"head\"") as error:
-        effect(cls)
-    assert "\n" not in str(error.value)
 
 
 def bends(weld, case, travel):
