@@ -91,13 +91,10 @@ def diagnose_command(run_dir: RunDir) -> None:
         campaign = read_campaign(run_dir.campaign)
         begin_in_thread(lambda: [*map(import_module, ahead)])
         drawn: list[Callable[[], dict[str, str]]] = []  # while the next run is chosen and the recording made
-
-        def draw(found: Diagnosis) -> None:
-            drawn.append(begin_in_thread(partial(report_pictures, found)))
-
         with progress(1.0, "diagnosis", timed=False) as done:
             asked |= {"progress": in_stages(done), "tell": print, "config": config}
-            asked |= {"shown": draw} if config["pictures"] else {}
+            if config["pictures"]:
+                asked["shown"] = lambda found: drawn.append(begin_in_thread(partial(report_pictures, found)))
             found = inference.diagnose(campaign, model, **asked)
         tell_model(run_dir, found.base_model)
         tell_diagnosis(found, run_dir.path, verbose=config["verbose"])

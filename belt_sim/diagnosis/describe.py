@@ -94,6 +94,13 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         look = look_of_residual(bench.samples, residual, white_rest)
         unknown = Unknown(nearest=nearest[0], why=nearest[1], **look)
     white, wander = (float(np.exp(np.mean(np.log(x)))) for x in (bench.levels.white, bench.levels.wander))
+    source = "repeated runs" if bench.levels.repeats else "as stated in the campaign"
+    # a drift before the yaw that the named effects explain: it is no longer in what they leave of the readings
+    answered = list[Suspicion]()
+    if decision.verdict == Verdict.EXPLAINED and any(s.kind == "running_start" for s in d.suspicions):
+        left = residual_campaign(bench, d.named.values)
+        if not check_running_start(left, counted_from_yaw(records_of(left))):
+            answered = check_running_start(campaign, counted_from_yaw(records_of(campaign)))
     return Diagnosis(
         base_model=name,
         campaign=CampaignLabel.of(campaign),
@@ -108,8 +115,8 @@ def describe(d: Findings, *, seed: int, config: Any = None) -> Diagnosis:
         confusables=tuple(Confusable(effect=r.effect, other=r.other, sigma=r.sigma) for r in rivals(d)),
         next_runs=(),
         unknown=unknown,
-        noise=NoiseLevels(white_factor=white, wander_factor=wander, repeats=bench.levels.repeats),
-        suspicions=tuple(s for s in d.suspicions if not _answered(d, s)),
+        noise=NoiseLevels(white_factor=white, wander_factor=wander, repeats=bench.levels.repeats, source=source),
+        suspicions=tuple(s for s in d.suspicions if s not in answered),
         per_run=run_errors(final, d.nothing.values, fit.values),
         provenance=provenance(config) | {"seed": seed, "data_sha256": campaign.sha256},
     )
@@ -175,15 +182,6 @@ def _sentence(d: Findings, sized_otherwise: Collection[str] = ()) -> str:
     if sheet and decision.named:
         said += " A mistake in the data sheet explains as much: check that first."
     return said
-
-
-def _answered(d: Findings, suspicion: Suspicion) -> bool:
-    """Whether the named effects explain a drift before the yaw: it is no longer in what they leave of the readings."""
-    if d.decision.verdict != Verdict.EXPLAINED or suspicion.kind != "running_start":
-        return False
-    left = residual_campaign(d.fitted_bench, d.named.values)
-    told = check_running_start(d.bench.campaign, counted_from_yaw(records_of(d.bench.campaign)))
-    return suspicion in told and not check_running_start(left, counted_from_yaw(records_of(left)))
 
 
 def held_back(probability: float, effect: type[Effect], *told: Mapping[str, Estimate]) -> float:

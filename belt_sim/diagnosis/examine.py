@@ -272,12 +272,8 @@ def _gather(
         there = {row.ids for row in table.rows}
         fits = [search.fits[frozenset(ids)] for ids in dict.fromkeys(beside) if frozenset(ids) in there]
         sound = [fit for fit in fits if keeps_tension(search.bench, fit)]
-        each_takes_memory, evidence_of = bench.samples.y.size > MANY_READINGS, laws.evidence_of_unknown
-
-        def beyond(fit: Fit) -> UnknownEvidence:
-            return evidence_of(search.bench, fit, likeliest)
-
-        unknown = map(beyond, sound) if each_takes_memory else map_in_threads(beyond, sound)
+        beyond = partial(laws.evidence_of_unknown, search.bench, among=likeliest)
+        unknown = map(beyond, sound) if bench.samples.y.size > MANY_READINGS else map_in_threads(beyond, sound)
         visible = frozenset(name for name, row in rows.items() if would_show(row, table, POLICY))
         table = replace(table, visible=visible, unknown=tuple(unknown))
 

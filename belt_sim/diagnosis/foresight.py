@@ -353,15 +353,13 @@ def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float,
     if mistake.kind not in CONTINUOUS or chi2 > stated.total():
         return chi2, mistake
 
-    def misfit(logarithm: float) -> float:
-        return min(stated.total_without(replace(mistake, size=float(np.exp(logarithm)))), 1e300)
-
     from scipy.optimize import minimize_scalar  # a quarter of a second to import
 
     at = float(np.log(mistake.size))
     found = minimize_scalar(
-        misfit, bounds=(at - SIZE_REACH, at + SIZE_REACH), method="bounded", options={"maxiter": REFINED}
-    )
+        lambda x: min(stated.total_without(replace(mistake, size=float(np.exp(x)))), 1e300),
+        bounds=(at - SIZE_REACH, at + SIZE_REACH), method="bounded", options={"maxiter": REFINED},
+    )  # fmt: skip
     return (float(found.fun), replace(mistake, size=float(np.exp(found.x)))) if found.fun < chi2 else (chi2, mistake)
 
 

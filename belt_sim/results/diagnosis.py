@@ -201,16 +201,13 @@ class Unknown:
 
 @dataclass(frozen=True, kw_only=True)
 class NoiseLevels:
-    """Factors on the stated white noise and wander, and how many repeats they were read off (0: as stated)."""
+    """Factors on the stated white noise and wander, how many repeats they were read off (0: as stated), and where they
+    come from."""
 
     white_factor: float
     wander_factor: float
     repeats: int
-
-    @computed_field  # type: ignore[prop-decorator]
-    @property
-    def source(self) -> str:
-        return "repeated runs" if self.repeats else "as stated in the campaign"
+    source: str
 
 
 @dataclass(frozen=True, kw_only=True)

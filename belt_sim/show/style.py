@@ -167,11 +167,7 @@ def save(fig: "Figure", path: str | os.PathLike | None, headline: str = "", dpi:
 
     if headline:
         title(fig, headline)
-    texts = [*fig.texts, *(text for legend in fig.legends for text in legend.get_texts())]
-    for ax in (a for one in fig.axes for a in (one, *one.child_axes)):
-        texts += [ax.xaxis.label, ax.yaxis.label, *(c for c in ax.get_children() if isinstance(c, Text))]
-        texts += ax.legend_.get_texts() if ax.legend_ else []
-    for text in texts:
+    for text in fig.findobj(Text):
         text.set_text(in_print(text.get_text()))
     if (layout := fig.get_layout_engine()) is not None:
         layout.execute(fig)

@@ -7,7 +7,7 @@ from small_campaign import CLASSES, MODEL, SPREAD
 
 from belt_sim.api.compare import compare
 from belt_sim.campaign import suspicions
-from belt_sim.diagnosis.describe import _answered
+from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.examine import examine, find_faults
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.units import MM
@@ -30,9 +30,10 @@ def test_a_fault_that_acts_before_the_yaw_is_named_and_zero_is_not_doubted():
     found = examine(made, MODEL, CLASSES)
     assert find_faults(found.bench, found.nothing.values, ()) == ()
     assert (found.decision.verdict, list(found.decision.named)) == (Verdict.EXPLAINED, ["taper"])
-    (drifts,) = suspicions(made)
-    assert _answered(found, drifts)  # the taper is what acts before the yaw
-    assert not _answered(replace(found, named=found.nothing), drifts)
+    assert found.suspicions == suspicions(made)
+    assert describe(found, seed=0).suspicions == ()  # the taper is what acts before the yaw
+    nothing = replace(found, named=found.nothing, decision=replace(found.decision, named={}))
+    assert describe(nothing, seed=0).suspicions == found.suspicions
 
 
 def test_what_is_shown_counts_from_the_yaw_and_its_uncertainty_holds_no_free_zero():
