@@ -93,8 +93,6 @@ UNFUSED = "--xla_cpu_max_isa=AVX"
 _WHOLE_LOOPS = f"--xla_backend_extra_options=xla_cpu_small_while_loop_byte_threshold={2**30}"
 _IN_ONE_PIECE = "--xla_cpu_parallel_codegen_split_count=1"
 _FLAGS = (UNFUSED, _WHOLE_LOOPS, _IN_ONE_PIECE)
-#: from this JAX on nobody has tried these flags: each is tried in a process of its own (XLA ends one that it knows not)
-UNTRIED = (0, 13)
 #: compiles three times as fast; code runs up to three times as long. JAX 0.11 has no fusion emitters to switch off
 LEAST_EFFORT = {"xla_backend_optimization_level": 0, "xla_cpu_use_fusion_emitters": False}
 #: of a march: it compiles in 6 s instead of 11 and in half the memory, and runs as fast, with the same results
@@ -136,13 +134,6 @@ def _is_known(name: str, value: Any) -> bool:
             raise
         return False
     return True
-
-
-def known_flags(flags: Sequence[str]) -> list[str]:
-    """Return those of some XLA_FLAGS with which this XLA starts."""
-    if jax.__version_info__ < UNTRIED or not _why_not_started(flags):
-        return list(flags)
-    return [flag for flag in flags if not _why_not_started([flag])]
 
 
 def _why_not_started(flags: Sequence[str]) -> str:
@@ -191,7 +182,7 @@ def prepare(space: bool = False) -> None:
     if not space:
         said = os.environ.get("XLA_FLAGS", "").split()
         given = {flag.partition("=")[0] for flag in said}
-        said += known_flags([flag for flag in _FLAGS if flag.partition("=")[0] not in given])
+        said += [flag for flag in _FLAGS if flag.partition("=")[0] not in given]
         os.environ["XLA_FLAGS"] = " ".join(said)
     if asked and asked != "cpu":
         try:

@@ -1,9 +1,8 @@
-"""Options and flags of XLA come and go with its versions: those that one does not know are left out."""
+"""Options of XLA come and go with its versions: those that one does not know are left out."""
 
 import numpy as np
 
-from belt_sim import jax_setup
-from belt_sim.jax_setup import jit_float64, known_flags, known_options
+from belt_sim.jax_setup import jit_float64, known_options
 
 
 def test_an_option_of_the_compiler_that_xla_does_not_know_is_left_out():
@@ -12,10 +11,3 @@ def test_an_option_of_the_compiler_that_xla_does_not_know_is_left_out():
     assert known_options(effort) == known
     third = jit_float64(lambda x: x / 3.0, effort=effort)(np.ones(2))
     assert np.asarray(third).tolist() == [1 / 3, 1 / 3]
-
-
-def test_a_flag_that_an_untried_xla_does_not_know_is_left_out(monkeypatch):
-    flags = ["--xla_cpu_max_isa=AVX", "--xla_flag_of_last_year=1"]
-    assert known_flags(flags) == flags  # a version that was tried costs no process
-    monkeypatch.setattr(jax_setup, "UNTRIED", (0, 1))
-    assert known_flags(flags) == flags[:1]
