@@ -112,7 +112,7 @@ def tell_proposal(proposal: Proposal) -> None:
     columns = ("table", "column", "is", "first to last", "because of")
     shown = [Table(title="Columns", columns=columns, rows=rows, left=columns)]
     if proposal.campaign is not None:
-        shown += [imported_runs_table(proposal.campaign), *(noise_tables(proposal) if proposal.noise else ())]
+        shown += [imported_runs_table(proposal.campaign), *([noise_table(proposal)] if proposal.noise else [])]
     tell(shown, [])
     if proposal.unknown:
         left_out = ", ".join(q.path[1] for q in proposal.unknown)
@@ -154,19 +154,11 @@ def imported_runs_table(campaign: Campaign) -> Table:
     return Table(title, columns, [[row[n] for n in columns] for row in rows], left=("run", "repeats", "use"))
 
 
-def noise_tables(proposal: Proposal) -> tuple[Table, Table]:
-    """White noise, wander and zero of every signal, in mm or mrad; and white noise of every run, blank where it lacks
-    the signal."""
-    rows: list[tuple[str, ...]] = []
+def noise_table(proposal: Proposal) -> Table:
+    """White noise, wander and zero of every signal, in mm or mrad."""
+    rows = []
     for name, n in proposal.noise.items():
         white, wander, zero = (f"{np.round(x / MM, 6):.3g}" for x in (n.white, n.wander, n.zero))
         rows.append((name, white, wander, f"{n.length:.3g}", zero, n.wander_from))
-    columns: tuple[str, ...] = ("signal", "white", "wander", "over m", "zero", "wander read off")
-    of_signals = Table("Noise (mm or mrad, one sigma)", columns, rows, left=("signal", "wander read off"))
-    runs = dict.fromkeys(run for n in proposal.noise.values() for run in n.by_run)
-    rows = [
-        (run, *(f"{np.round(n.by_run[run] / MM, 6):.3g}" if run in n.by_run else "" for n in proposal.noise.values()))
-        for run in runs
-    ]
-    title, columns = "White noise of each run (mm or mrad)", ("run", *proposal.noise)
-    return of_signals, Table(title, columns, rows, left=("run",))
+    columns = ("signal", "white", "wander", "over m", "zero", "wander read off")
+    return Table("Noise (mm or mrad, one sigma)", columns, rows, left=("signal", "wander read off"))

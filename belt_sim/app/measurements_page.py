@@ -10,7 +10,7 @@ from typing import Any
 
 from nicegui import app, run, ui
 
-from belt_sim.api.campaigns import imported_runs_table, noise_tables
+from belt_sim.api.campaigns import imported_runs_table, noise_table
 from belt_sim.api.simulate import model_for_campaign
 from belt_sim.app import widgets
 from belt_sim.app.session import MAX_UPLOAD, MEBI, NAMED_GROUPS, REPORT, TOO_LARGE, Import, KeyPath, Session
@@ -135,7 +135,7 @@ def _import(session: Session, now: Import) -> None:
         ui.button("Update", on_click=update).props("no-caps outline").style("align-self: start")
         if proposal is not None and proposal.campaign is not None and not now.lacks:
             _curves(proposal.campaign)
-            noise = noise_tables(proposal) if proposal.noise else ()
+            noise = [noise_table(proposal)] if proposal.noise else []
             tables = (imported_runs_table(proposal.campaign), *noise)
             _tables("All runs, the noise that was read off, remarks", *tables, notes=map(str, proposal.notes))
         with box("line"):

@@ -102,30 +102,19 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
     names = [name for t in tables if t.kind == "rates" for name in _find_rated(t, mapping, section, found)]
     listed = table_settings([t for t in tables if t.kind == "settings"], section)
     names += listed
-    files, lacks_speed = dict[str, list[AssembledRun]](), False
+    made, lacks_speed = dict[str, AssembledRun](), False
     for block in [b for t in tables if t.kind == "record" for b in _split_runs(t, mapping, found.questions)]:
         names.append(block.name)
         if mapping.runs.get(block.name, RunEntry()).skip:
             continue
         run = _assemble(block, mapping, listed, section, found.questions)
         lacks_speed |= run is None
-        if run is None:
-            continue
-        parts = files.setdefault(block.name, [])
-        for part in parts:
-            _refuse_contradictions(block, run, part)
-        parts.append(run)
+        if run is not None:
+            made[block.name] = _joined(made[block.name], run, block) if block.name in made else run
     strange = next((name for name in mapping.runs if name not in names), None)
     if strange is not None and not lacks_speed:
         raise InputError(f"runs.{strange}", strange, "", f"no file has such a run; {did_you_mean(strange, names)}")
-    for parts in files.values():  # one run from several files: of each setting the first that has it
-        record = pd.concat([_by_place(p) for p in parts]).groupby(level=0).last() if parts[1:] else parts[0].record
-        if not all(TIME_COLUMN in p.record for p in parts):
-            record = record.drop(columns=TIME_COLUMN, errors="ignore")
-        own: dict[str, Any] = {"settings": {k: s for p in reversed(parts) for k, s in p.settings.items()}}
-        own["notes"] = tuple(dict.fromkeys(n for p in parts for n in p.notes))
-        file = ", ".join(dict.fromkeys(p.file for p in parts))
-        found.recorded.append(replace(parts[0], record=record, file=file, **own))
+    found.recorded.extend(made.values())
     if lacks_speed:
         found.questions.append(ask("speed"))
     lacking = [(run, key) for run in found.recorded for key in NEEDED if key not in run.settings]
@@ -133,34 +122,40 @@ def find_runs(tables: list[LoggedTable], mapping: MappingEntry, section: Section
     return found
 
 
-def _by_place(part: AssembledRun) -> pd.DataFrame:
-    """A record with the last row of each travel, rounded as files of other units have it."""
-    return part.record.groupby(np.round(part.record.index, PLACE_DECIMALS)).last()
+def _joined(first: AssembledRun, run: AssembledRun, block: LoggedTable) -> AssembledRun:
+    """One run from two of its parts, the later from ``block``: of each setting the first that has it.
 
-
-def _refuse_contradictions(block: LoggedTable, run: AssembledRun, part: AssembledRun) -> None:
-    """Raise CampaignError where ``run``, from ``block``, and another ``part`` of it have other readings of one sensor,
-    or a setting by other columns. The same in other units, or fewer rows of them, are a copy."""
-    ours, theirs, others = _by_place(run), _by_place(part), list[str]()
-    for name in ours.columns.intersection(theirs.columns).drop(TIME_COLUMN, errors="ignore"):
-        one, other = ours[name].dropna(), theirs[name].dropna()
-        both = one.index.intersection(other.index)
-        steps = (resolution(y.to_numpy()) for y in (one, other))
-        rounding = 0.51 * min(max(steps), SAME_SETTING * float(np.ptp(one)))
-        if len(both) < min(len(one), len(other)) or not np.allclose(one[both], other[both], rtol=1e-9, atol=rounding):
+    Raises CampaignError where they have other readings of one sensor, or a setting by columns that contradict. The same
+    readings in other units, or fewer rows of them, are a copy.
+    """
+    both = [p.record.groupby(np.round(p.record.index, PLACE_DECIMALS)).last() for p in (first, run)]
+    shared, others = both[0].columns.intersection(both[1].columns), list[str]()
+    for name in shared.drop(TIME_COLUMN, errors="ignore"):
+        one, other = (record[name].dropna() for record in both)
+        at, steps = one.index.intersection(other.index), [resolution(y.to_numpy()) for y in (one, other)]
+        rounding = 0.51 * min(max(steps), SAME_SETTING * float(np.ptp(other)))
+        if len(at) < min(len(one), len(other)) or not np.allclose(one[at], other[at], rtol=1e-9, atol=rounding):
             others.append(str(name))
     if others:
-        remedy = f"stands already in {part.file} with other readings of {' and '.join(others)}; join them if the run"
+        remedy = f"stands already in {first.file} with other readings of {' and '.join(others)}; join them if the run"
         remedy += " goes on, else give every run its own name, or import each by itself"
         raise block.refuse(0, "run", block.label, "", remedy)
     for key, new in run.settings.items():
-        old = part.settings.get(key, new)
+        old = first.settings.get(key, new)
         apart = abs(new.value - old.value) > (1e-6 if key in COUNTED else SAME_SETTING) * abs(new.value)
         if apart and new.source.endswith("its column") and old.source.endswith("its column"):
-            says = f"{part.file} says {setting_text(key, old.value)} of run {block.label}"
+            says = f"{first.file} says {setting_text(key, old.value)} of run {block.label}"
             raise block.refuse(
                 0, key, setting_text(key, new.value), "", f"{says}; mend one, or state it in the mapping"
             )
+    record = pd.concat(both).groupby(level=0).last()
+    return replace(
+        first,
+        record=record if TIME_COLUMN in shared else record.drop(columns=TIME_COLUMN, errors="ignore"),
+        settings=run.settings | first.settings,
+        file=", ".join(dict.fromkeys([*first.file.split(", "), run.file])),
+        notes=tuple(dict.fromkeys(first.notes + run.notes)),
+    )
 
 
 # ---- which rows and columns of a table are one run

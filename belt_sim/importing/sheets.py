@@ -107,10 +107,7 @@ WANDER_LENGTHS = np.exp(np.linspace(np.log(0.3), np.log(20.0), 40))  # [m]
 
 
 class NoiseRead(NamedTuple):
-    """What was read off one signal: white, wander, zero [SI], wander length [m], each with where it comes from.
-
-    by_run: white noise [SI] of every run that has the signal.
-    """
+    """What was read off one signal: white, wander, zero [SI], wander length [m], each with where it comes from."""
 
     white: float
     wander: float
@@ -119,7 +116,6 @@ class NoiseRead(NamedTuple):
     white_from: str
     wander_from: str
     zero_from: str
-    by_run: dict[str, float]
 
 
 def signals_of(
@@ -162,8 +158,8 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
     own = [r for r in runs if signal in r.signals and np.isfinite(r.signals[signal]).sum() >= 3]
     there = {r.name: r.signals[signal][np.isfinite(r.signals[signal])] for r in own}
     # by the median second difference, by their rms where most are rounded away
-    by_run = {name: scatter(y) or float(np.sqrt(np.mean(np.diff(y, 2) ** 2) / 6.0)) for name, y in there.items()}
-    white = float(np.median([*by_run.values()])) if own else 0.0
+    levels = [scatter(y) or float(np.sqrt(np.mean(np.diff(y, 2) ** 2) / 6.0)) for y in there.values()]
+    white = float(np.median(levels)) if own else 0.0
     records = {}  # from the yaw on
     for run in own:
         rows = np.isfinite(run.signals[signal]) & (run.travel >= run.yaw_at)
@@ -197,7 +193,7 @@ def noise_of(signal: str, runs: list[Run], span: float) -> NoiseRead:
         zero = max(float(np.sqrt(np.mean(np.square(apart)))), zero)
         zero_from = f"where {len(apart)} repeats begin"
     white_from = f"the scatter from sample to sample in {len(own)} run{'s' if len(own) != 1 else ''}"
-    return NoiseRead(white, wander, length, zero, white_from, source, zero_from, by_run)
+    return NoiseRead(white, wander, length, zero, white_from, source, zero_from)
 
 
 def _levels(traces: list[tuple[np.ndarray, np.ndarray]], white: float) -> tuple[float, float, float]:

@@ -10,7 +10,7 @@ from logger_files import MAPPING, log, table, truth
 from rich.console import Console
 from rich.prompt import Confirm, Prompt
 
-from belt_sim.api.campaigns import draft_text, noise_tables
+from belt_sim.api.campaigns import draft_text
 from belt_sim.campaign import read_campaign
 from belt_sim.commands.campaigns import ask_in_terminal
 from belt_sim.diagnosis.foresight import find_doubts
@@ -94,15 +94,13 @@ def test_a_column_says_where_on_the_belt_a_run_starts(tmp_path):
     assert understand(logged, stated).complete().runs[1].start == pytest.approx(1.2)
 
 
-def test_the_white_noise_of_each_run_is_shown(tmp_path):
+def test_a_run_of_more_white_noise_is_told(tmp_path):
     for k, white in enumerate((0.02, 0.08, 0.02)):
         one = log(yaw=0.5 + k, white=white, seed=k)
         (tmp_path / f"r{k}.csv").write_text(table(["travel [m]", "y1 [mm]"], [one.travel, one.y1]))
     runs = {f"r{k}": {"yaw": f"{0.5 + k} mrad"} for k in range(3)}
     mapping = MAPPING | {"all_runs": {"tension": "10"}, "runs": runs, "step_m": "0.05"}
     proposal = understand(read(sorted(tmp_path.glob("r*.csv"))), mapping)
-    shown = [float(row[1]) for row in noise_tables(proposal)[1].rows]
-    assert shown == pytest.approx([0.02, 0.08, 0.02], rel=0.25)  # 600 readings show a level to 6 %
     doubts = find_doubts(proposal.complete(), MODELS["strip"], planned=True)
     (said,) = [d.sentence for d in doubts if d.kind == "noise"]
     assert "y1 scatters more in r1 (" in said
