@@ -464,7 +464,7 @@ def add_belt(spec: mujoco.MjSpec, belt: str, mesh: Mesh, case: Case, options: Op
             bond.springlength = [float(np.linalg.norm(mesh.rest[one] - mesh.rest[other]))] * 2
 
 
-STATION = MODEL_FOLDER / "pulley_station.xml"
+STATION, LOOKS = MODEL_FOLDER / "pulley_station.xml", MODEL_FOLDER / "scene_looks.xml"
 #: the pulleys' joints in a scene; the nodes follow
 HEAD_YAW, HEAD_SPIN, TAIL_SLIDE, TAIL_YAW, TAIL_SPIN = range(5)
 STATION_JOINTS = 5
@@ -522,12 +522,14 @@ def build_scene(
     path: as of ``lay_out``; lean: as of ``set_solver``.
     """
     scene = lay_out(case, belt, options, parts, path=path)
-    case, loop, spec = scene.case, scene.loop, mujoco.MjSpec()
+    case, loop = scene.case, scene.loop
+    spec = mujoco.MjSpec() if lean is None else mujoco.MjSpec.from_file(str(LOOKS))
     length, width, mass = float(case.rig.centre_distance), float(case.belt.width), station_mass(case, options)
     spec.modelname, spec.stat.extent, far = "belt on two pulleys", 2.0, length + 0.5
-    spec.worldbody.add_light(pos=[0, -3, 4], dir=[0, 0.6, -0.8], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
-    spec.worldbody.add_camera(name="side", pos=[length / 2, -far, 0.2], xyaxes=[1, 0, 0, 0, 0, 1])
-    spec.worldbody.add_camera(name="above", pos=[length / 2, 0, far], xyaxes=[1, 0, 0, 0, 1, 0])
+    if lean is None:
+        spec.worldbody.add_light(pos=[0, -3, 4], dir=[0, 0.6, -0.8], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
+        spec.worldbody.add_camera(name="side", pos=[length / 2, -far, 0.2], xyaxes=[1, 0, 0, 0, 0, 1])
+        spec.worldbody.add_camera(name="above", pos=[length / 2, 0, far], xyaxes=[1, 0, 0, 0, 1, 0])
 
     for name, x, surface, radius in (
         ("head", 0.0, scene.parts.head, loop.radius_head), ("tail", length, scene.parts.tail, loop.radius_tail)

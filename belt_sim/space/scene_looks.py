@@ -18,43 +18,15 @@ _NO_DAMPING = 1e-12  # [s]: MuJoCo warns of a flex that nothing holds, and count
 
 
 def furnish(spec: mujoco.MjSpec, scene: SceneLayout) -> None:
-    """Add all that is seen and touches nothing of the belt; the shadows of both spans overlap."""
+    """Add all that is seen, has a size and touches nothing of the belt; the shadows of both spans overlap."""
     length, lowest = float(scene.case.rig.centre_distance), float(scene.loop.z.min())
     head, tail = scene.loop.radius_head, scene.loop.radius_tail
-    radius, seen = max(head, tail), spec.visual
+    radius = max(head, tail)
     spec.stat.center, spec.stat.extent = [0.5 * length, 0.0, 0.0], 1.15 * (length + head + tail)
     down = np.array([0.0, 0.8 * min(0.6 * float(scene.case.belt.width) / (radius - lowest), 0.6), -0.8])
     above = np.array([0.5 * length, 0.0, 0.0]) - 4.0 * down  # no shadow along x: the floor shades itself there
-    for old in (*spec.lights, *spec.cameras):
-        spec.delete(old)
-    # attached to other scenes, a scene brings this light along, not the headlight: two belts are not too bright
     sun = spec.worldbody.add_light(name="sun", pos=above, dir=down, type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
     sun.diffuse, sun.specular, sun.castshadow = [0.4] * 3, [0.15] * 3, True
-    seen.headlight.ambient, seen.headlight.diffuse, seen.headlight.specular = [0.5] * 3, [0.3] * 3, [0.0] * 3
-    seen.quality.shadowsize, seen.rgba.rangefinder = 4096, [1.0, 0.85, 0.2, 0.35]
-    look = seen.global_
-    look.fovy, look.offwidth, look.offheight, look.azimuth, look.elevation = 40.0, 1280, 720, 125.0, -22.0
-    kind, builtin = mujoco.mjtTexture, mujoco.mjtBuiltin
-    spec.add_texture(
-        name="sky", type=kind.mjTEXTURE_SKYBOX, builtin=builtin.mjBUILTIN_GRADIENT,
-        rgb1=[0.86, 0.9, 0.95], rgb2=[0.55, 0.63, 0.73], width=64, height=384,
-    )  # fmt: skip
-    for name, one, other, size in (
-        ("floor", [0.5, 0.53, 0.56], [0.46, 0.49, 0.52], 256),
-        ("belt", [0.78, 0.81, 0.84], [0.30, 0.47, 0.66], 64),
-    ):
-        checker = spec.add_texture(name=name, type=kind.mjTEXTURE_2D, builtin=builtin.mjBUILTIN_CHECKER)
-        checker.rgb1, checker.rgb2, checker.width, checker.height = one, other, size, size
-        if name == "floor":
-            checker.mark, checker.markrgb = mujoco.mjtMark.mjMARK_EDGE, [0.40, 0.43, 0.46]
-    white, dark = [1.0] * 4, [0.23, 0.27, 0.33, 1.0]
-    colours = {"floor": white, "belt": white, "pulley": dark, "stripe": [0.95, 0.62, 0.15, 1.0]}
-    for name, rgba in (colours | {"axle": [0.62, 0.68, 0.75, 1.0]}).items():
-        made = spec.add_material(name=name, rgba=rgba, specular=0.3, shininess=0.4)
-        if name in ("floor", "belt"):
-            textures = list(made.textures)
-            textures[int(mujoco.mjtTextureRole.mjTEXROLE_RGB)] = name
-            made.textures, made.texuniform = textures, name == "floor"
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, material="floor")
     floor.pos, floor.size = [0.5 * length, 0.0, lowest - 2.0 * radius], [0.0, 0.0, 0.1]  # without end
     floor.contype, floor.conaffinity = 0, 1
