@@ -15,6 +15,7 @@ from xdist.scheduler import LoadScopeScheduling
 
 from belt_sim.io import ROOT
 from belt_sim.jax_setup import LEAST_EFFORT, STEP_EFFORT, prepare
+from belt_sim.space.quasi_static import run_batch
 
 LITTLE_EFFORT = "--xla_backend_optimization_level=0"
 if jax.__version_info__ < (0, 11):  # later ones have no fusion emitters to switch off
@@ -28,6 +29,7 @@ os.environ["XLA_FLAGS"] = f"{usual} {LITTLE_EFFORT}"
 jax.devices()
 os.environ["XLA_FLAGS"] = usual
 STEP_EFFORT.update(LEAST_EFFORT)
+run_batch.effort = LEAST_EFFORT
 jax.config.update("jax_enable_x64", True)
 
 

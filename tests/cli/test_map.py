@@ -1,7 +1,6 @@
 """``belt-sim map`` and ``bs.sweep``: each row is what ``simulate`` says of its case."""
 
 import re
-import time
 
 import numpy as np
 import pandas as pd
@@ -11,6 +10,7 @@ from command import refusal
 import belt_sim as bs
 from belt_sim.errors import InputError
 from belt_sim.io import ROOT
+from belt_sim.settings import case_from
 
 SMALL = ("travel=12", "pictures=false")
 BAD = {
@@ -158,18 +158,19 @@ def test_models_without_a_march_are_run_one_after_another():
     assert table["rate1_mm_per_m"].iloc[1] * 1e-3 == pytest.approx(bs.simulate(tension=40, model="ritzinger").rates[0])
 
 
-def test_many_axes_are_checked_by_their_ends():
-    """2**17 corners, one after another, would take half a minute."""
+def test_many_axes_are_checked_by_their_ends(monkeypatch):
+    """Every axis by itself: 2**17 corners, one after another, would take half a minute."""
+    checked = []
+    monkeypatch.setattr("belt_sim.api.sweep.case_from", lambda plain: checked.append(plain) or case_from(plain))
     near = {"width": 0.2, "thickness": 3e-4, "density": 7850.0, "youngs_modulus": 2.1e11, "poisson_ratio": 0.3}
     rig = {"centre_distance": [11.0, 11.3], "head_radius": [0.17, 0.18], "tail_radius": [0.17, 0.18]}
     effects = [{"id": "taper", "kappa_t": [0.0, 1e-7], "kappa_t_head": [0.0, 1e-7]}]
     effects += [{"id": "crown", "c": [0.0, 1e-3], "c_head": [0.0, 1e-3]}]
     belt = {name: [value, 1.01 * value] for name, value in near.items()}
     given = {"tension": [10, 11], "yaw": [0.0, 0.01], "yaw_head": [0.0, 0.01], "speed": [0.5, 0.6]}
-    began = time.process_time()
     with pytest.raises(bs.InputError, match=r"rig\.gravity = -1"):
         bs.sweep(**given, rig=rig | {"gravity": [9.81, -1.0]}, belt=belt, effects=effects, travel=1.0)
-    assert time.process_time() - began < 5.0
+    assert len(checked) < 100
 
 
 def test_limits_are_asked_at_every_value_of_an_inner_axis():

@@ -27,7 +27,7 @@ def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(tmp_path, monkeypa
 
     monkeypatch.setattr(ProgressObserver, "frame", frame)
     settings = ("rig=rope_example", "model=mujoco_rope", "tension=40", "travel=0.1", "pictures=false")
-    brief = ("model.run_in=0.1", "model.settle=0.2")  # [m], [s]
+    brief = ("model.dx=0.04", "model.dt=1.5e-3", "model.run_in=0.1", "model.settle=0.2")  # [m], [s], [m], [s]
     run_command(["simulate", *settings, *brief, f"hydra.run.dir={tmp_path}"])
     assert (tmp_path / cases.PARTIAL).is_file() == (end is not None)
     if end:

@@ -40,16 +40,16 @@ def assert_beside(found, native, direction=1.0):
 
 
 def test_a_batch_of_ropes_is_beside_the_rope_law(monkeypatch):
-    """A shorter run is traced by no program of its own."""
+    """A shorter run is traced by no program of its own, nor a sweep of such ropes (tests/cli)."""
     cases = [paper_case(t, yaw, ROPE_EXAMPLE) for t, yaw in ((60.0, -7.3e-4), (30.0, 3.7e-4))]
-    found = simulate_batch(cases, belt="rope", travel=0.7, options=QUICK)
+    found = simulate_batch(cases, belt="rope", travel=0.7, options=QUICK, chunk=2)
     for case, curves in zip(cases, found, strict=True):
         law = march_case(case, analytic_model("rope"), travel=0.7)
         assert at(0.6, curves)[0] == pytest.approx(at(0.6, law)[0], rel=LAW)
         assert not curves.moment.any()
         assert curves.extra["tension"] == pytest.approx(float(case.settings.tension), rel=1e-3)
     monkeypatch.setattr(quasi_static, "travel_step", None)
-    shorter = simulate_batch(cases, belt="rope", travel=0.6, options=QUICK)
+    shorter = simulate_batch(cases, belt="rope", travel=0.6, options=QUICK, chunk=2)
     for one, whole in zip(shorter, found, strict=True):
         assert at(0.6, one)[0] == pytest.approx(at(0.6, whole)[0], rel=LAW)
 
