@@ -26,9 +26,10 @@ def test_a_stopped_run_leaves_its_curves_and_a_whole_one_none(tmp_path, monkeypa
             raise end("stopped")
 
     monkeypatch.setattr(ProgressObserver, "frame", frame)
-    settings = ("rig=rope_example", "model=mujoco_rope", "tension=40", "travel=0.1", "pictures=false")
-    brief = ("model.dx=0.04", "model.dt=1.5e-3", "model.run_in=0.1", "model.settle=0.2")  # [m], [s], [m], [s]
-    run_command(["simulate", *settings, *brief, f"hydra.run.dir={tmp_path}"])
+    settings = ("rig=rope_example", "model=mujoco_flex", "tension=40", "travel=0.1", "pictures=false")
+    brief = {"dx": 0.04, "dt": 1.5e-3, "run_in": 0.1, "settle": 0.1, "yaw_time": 0.1, "acceleration": 3}  # SI
+    short = [f"model.{name}={value}" for name, value in brief.items()]
+    run_command(["simulate", *settings, *short, f"hydra.run.dir={tmp_path}"])
     assert (tmp_path / cases.PARTIAL).is_file() == (end is not None)
     if end:
         assert 0.0 < pd.read_csv(tmp_path / cases.PARTIAL)["travel_m"].iloc[-1] < 0.1
