@@ -50,7 +50,7 @@ def check(folder, tensions) -> None:
 
 
 def test_cases_at_once_leave_their_files_and_only_missing_ones_run(belt):
-    rope = (*(a for a in ASKED if a != "model=mujoco_flex"), "model=mujoco_rope")  # the program of tests/space/test_limp.py
+    rope = (*(a for a in ASKED if a != "model=mujoco_flex"), "model=mujoco_rope")  # as in tests/space/test_limp.py
     first = belt("simulate", *rope, "tension=40,60", "hydra.launcher.batch=2")
     assert first.status == 0, first.err
     assert "2 cases at once" in first.out
