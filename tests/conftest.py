@@ -11,6 +11,7 @@ from functools import cache
 
 import jax
 import pytest
+from hydra._internal.hydra import Hydra
 from xdist.scheduler import LoadScopeScheduling
 
 from belt_sim.io import ROOT
@@ -32,6 +33,16 @@ STEP_EFFORT.update(LEAST_EFFORT)
 run_batch.effort = LEAST_EFFORT
 jax.config.update("jax_enable_x64", True)
 
+composed_mode = Hydra.get_mode
+
+
+def stated_mode(hydra, config_name, overrides):
+    """Return Hydra's mode if a command line states one; Hydra composes the whole configuration once more to see it."""
+    return composed_mode(hydra, config_name, overrides) if "hydra.mode" in str(overrides) else None
+
+
+Hydra.get_mode = stated_mode
+
 
 class ByFile(LoadScopeScheduling):
     """One process runs all tests of a file, and all files that share what is kept: the diagnoses of small_campaign, the
@@ -44,7 +55,8 @@ class ByFile(LoadScopeScheduling):
 @cache
 def scope(file: str) -> str:
     text = (ROOT / file).read_text(encoding="utf-8")
-    return next((name for name in ("small_campaign", "small_discovery", "marched") if name in text), file)
+    names = {"small_campaign": "", "small_discovery": "", "marched": "paper_cases", "affected": "paper_cases"}
+    return next((shared or name for name, shared in names.items() if name in text), file)
 
 
 @pytest.hookimpl(optionalhook=True)
