@@ -204,7 +204,7 @@ class Job:
         self.state, self.ended = "Stopped", time.monotonic()
         if self.process is not None:
             with suppress(ProcessLookupError):
-                self.process.terminate()
+                self.process.kill()  # nothing of it is wanted, and a compilation hears nothing milder
 
 
 @dataclass
