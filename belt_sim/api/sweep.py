@@ -367,7 +367,8 @@ def _axis(key: str, spec: Any) -> Axis | None:
     if not {"from", "to"} <= set(spec) <= {"from", "to", "count", "spacing"} or "count" not in spec:
         raise InputError(key, dict(spec), "", "write {from: low, to: high, count: how many, spacing: even or ratio}")
     low, high = finite(f"{key}.from", spec["from"]), finite(f"{key}.to", spec["to"])
-    count, spacing = whole(f"{key}.count", spec["count"]), spec.get("spacing", "even")
+    count = whole(f"{key}.count", spec["count"], most=MOST_SWEPT_CASES)
+    spacing = spec.get("spacing", "even")
     if spacing not in SPACINGS:
         raise InputError(f"{key}.spacing", spacing, "", f"use one of {', '.join(SPACINGS)}")
     if spacing == "ratio" and not low * high > 0:
