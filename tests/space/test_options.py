@@ -11,8 +11,7 @@ import belt_sim as bs
 from belt_sim.api.simulate import model_named
 from belt_sim.errors import CannotRepresent, InputError
 from belt_sim.io import CONF
-from belt_sim.jax_setup import LEAST_EFFORT
-from belt_sim.space import BELTS, Options, quasi_static
+from belt_sim.space import BELTS, Options
 from belt_sim.space.model import SpaceModel
 from belt_sim.space.options import OBEYED, OF_BELT, SLOWNESS, fit_options, string_speed
 from studies.paper.case import ROPE_EXAMPLE
@@ -134,11 +133,8 @@ def ran(engine, contact, belt, options, case):
         pytest.param("native", "mujoco", "flex", marks=pytest.mark.long),
     ],
 )
-def test_a_changed_option_changes_the_result_or_is_refused(engine, contact, belt, short_rig, monkeypatch):
-    """Whatever differs in the last digit counts; what an engine cannot do is refused by its name. A batch is compiled
-    anew for every option and run for centimetres: with the least effort."""
-    monkeypatch.setattr(quasi_static.run_batch, "effort", LEAST_EFFORT)
-    monkeypatch.setattr(quasi_static.run_batch, "programs", {})
+def test_a_changed_option_changes_the_result_or_is_refused(engine, contact, belt, short_rig):
+    """Whatever differs in the last digit counts; what an engine cannot do is refused by its name."""
     by = engine if contact == "held" else contact
     known = OBEYED[by] | OF_BELT[belt]
     brief = Options(**{name: value for name, value in BRIEF.items() if name in known})
