@@ -14,6 +14,7 @@ import pytest
 from hydra._internal.hydra import Hydra
 from xdist.scheduler import LoadScopeScheduling
 
+from belt_sim.commands import COMMANDS
 from belt_sim.io import ROOT
 from belt_sim.jax_setup import LEAST_EFFORT, STEP_EFFORT, prepare
 from belt_sim.space.quasi_static import run_batch
@@ -37,8 +38,10 @@ composed_mode = Hydra.get_mode
 
 
 def stated_mode(hydra, config_name, overrides):
-    """Return Hydra's mode if a command line states one; Hydra composes the whole configuration once more to see it."""
-    return composed_mode(hydra, config_name, overrides) if "hydra.mode" in str(overrides) else None
+    """Return Hydra's mode, for which it composes the whole configuration once more: an experiment may state one, or a
+    configuration of one's own."""
+    may_state = config_name not in COMMANDS or any(x in str(overrides) for x in ("hydra.mode", "experiment"))
+    return composed_mode(hydra, config_name, overrides) if may_state else None
 
 
 Hydra.get_mode = stated_mode
