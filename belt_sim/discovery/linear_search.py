@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from belt_sim.discovery.responses import HIDDEN, single_precision
+from belt_sim.discovery.responses import CHOSEN, HIDDEN, single_precision
 from belt_sim.discovery.search_data import SearchData, form_inputs, has_many_readings
 from belt_sim.effects.law import SPAN_NAMES, WRAPPED, Form, Law, Place, Term
 
@@ -306,17 +306,14 @@ def distinct_families(scored: Iterable[ScoredLaw], count: int) -> list[ScoredLaw
 
 def two_term_laws(data: SearchData, first: ScoredLaw) -> list[ScoredLaw]:
     """The best second terms beside the ``first``, best first."""
-    g, own = data.projector, data.columns(first.law)
-    vectors = np.concatenate([g.residual[None], g.shared, own])
-    block = vectors[1:]
-    gram = np.einsum("crm,drm->cd", block, block)
-    count = len(g.shared)
-    gram[:count, :count] += g.gram - np.einsum("crm,drm->cd", g.shared, g.shared)  # its prior
-    inverse = np.linalg.pinv(gram, rcond=1e-12, hermitian=True)
-    targets, along, found = Targets(vectors), np.einsum("crm,rm->c", block, g.residual), list[ScoredLaw]()
+    own = data.columns(first.law)  # of any size
+    own /= np.maximum(np.sqrt(np.sum(own**2, axis=(1, 2), keepdims=True)), 1e-300)
+    g, prior = data.projector, np.full(len(own), CHOSEN)
+    g = replace(g, shared=np.concatenate([g.shared, own]), prior=np.concatenate([g.prior, prior]))
+    targets, found = Targets(np.concatenate([g.residual[None], g.shared])), list[ScoredLaw]()
     for place, forms, blocks in form_products(data, data.places_to_try, targets):
         for n in exponents_of(data):
-            gain = gains(blocks, data.weight(n), inverse, along)
+            gain = gains(blocks, data.weight(n), g.inverse, g.shared_residual)
             for k in np.argsort(-gain)[:SECONDS]:
                 law, both = Law((*first.law.terms, Term(place, forms[k], n))), float(first.gain + gain[k])
                 found.append(ScoredLaw(law, both, both - cost(law)))

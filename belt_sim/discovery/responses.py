@@ -234,19 +234,41 @@ HIDDEN = 2e-3  # share of a column that must be left beside what is chosen
 CHOSEN = 1e-8  # prior precision of a chosen effect's parameters, in whitened units
 
 
+def posterior_modes(gram: np.ndarray, prior: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Eigenvalues (..., c) of the posterior precision of parameters in units of their ``prior`` precision (c,), and W
+    (..., c, c) with the covariance W diag(1 / eigenvalues) W^T.
+
+    gram (..., c, c): the posterior precision, which is no less than the prior one: where columns nearly are sums of
+    others rounding may say so, and an eigenvalue below 1, or below 0, would make any evidence of it.
+    """
+    scale = 1.0 / np.sqrt(prior)
+    values, vectors = np.linalg.eigh(gram * scale[:, None] * scale)
+    return np.maximum(values, 1.0), scale[:, None] * vectors
+
+
 @dataclass(frozen=True)
 class ResidualProjector:
     """Inner products beside the parameters that runs share.
 
     metric: of single runs; residual (R, m): whitened; shared (c, R, m): whitened columns of the shared parameters;
-    gram (c, c): their Gram matrix with its prior; inverse (c, c): of that.
+    prior (c,): their prior precision.
     """
 
     metric: Metric
     residual: np.ndarray
     shared: np.ndarray
-    gram: np.ndarray
-    inverse: np.ndarray
+    prior: np.ndarray
+
+    @cached_property
+    def gram(self) -> np.ndarray:
+        """Posterior precision (c, c) of the shared parameters."""
+        return np.einsum("crm,drm->cd", self.shared, self.shared) + np.diag(self.prior)
+
+    @cached_property
+    def inverse(self) -> np.ndarray:
+        """Posterior covariance (c, c) of the shared parameters."""
+        precision, modes = posterior_modes(self.gram, self.prior)
+        return (modes / precision) @ modes.T
 
     def whiten(self, shapes: np.ndarray) -> np.ndarray:
         """Shapes or readings (k, R, S, n) -> (k, R, m)."""

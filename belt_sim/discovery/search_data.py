@@ -21,6 +21,7 @@ from belt_sim.discovery.responses import (
     design_matrix,
     impulse_responses,
     is_shown,
+    posterior_modes,
     single_precision,
     span_changes,
     states_of,
@@ -263,8 +264,8 @@ class LatentInput:
 @dataclass(frozen=True)
 class Spectrum:
     """How the readings bind an input whose prior has one length, by groups of runs: root (K, K) of the prior, unit:
-    mean information of a knot; values (G, K), vectors (G, K, K), in single precision: of the information,
-    eigen-decomposed beside it."""
+    mean information of a knot; values (G, K), vectors (G, K, K): of the information, eigen-decomposed beside it, with
+    all their digits: values span ten powers of ten, and weak modes drown in the rounding of strong ones."""
 
     root: np.ndarray
     unit: float
@@ -285,15 +286,16 @@ def _posterior(projector: ResidualProjector, spectrum: Spectrum, pull, shared, s
     root, values, vectors = spectrum.root, spectrum.values, spectrum.vectors
     onto = vectors.swapaxes(1, 2) @ root.T
     b, c = (onto @ pull[..., None])[..., 0], onto @ shared  # (G, K), (G, K, c)
-    gram, along = projector.gram, projector.shared_residual
-    at_none = 0.5 * along @ projector.inverse @ along - 0.5 * np.linalg.slogdet(gram)[1]
+    gram, prior, along = projector.gram, projector.prior, projector.shared_residual
+    at_none = along @ projector.inverse @ along - np.log(posterior_modes(gram, prior)[0]).sum()
     shrink = squares[:, None, None] / (1.0 + squares[:, None, None] * values)  # (H, G, K)
     flat, each = shrink.reshape(len(squares), -1), c.reshape(-1, c.shape[-1])
     inner = gram - (flat @ (each[:, :, None] * each[:, None, :]).reshape(len(each), -1)).reshape(-1, *gram.shape)
     left = along - (flat * b.reshape(-1)) @ each
-    common = np.linalg.solve(inner, left[..., None])[..., 0]
+    precision, modes = posterior_modes(inner, prior)
+    common = (modes @ ((left[:, None] @ modes)[:, 0] / precision)[..., None])[..., 0]
     gain = 0.5 * flat @ b.reshape(-1) ** 2 - 0.5 * np.log1p(squares[:, None, None] * values).sum(axis=(1, 2))
-    gain += 0.5 * np.einsum("hc,hc->h", left, common) - 0.5 * np.linalg.slogdet(inner)[1] - at_none
+    gain += 0.5 * (np.einsum("hc,hc->h", left, common) - np.log(precision).sum(axis=1) - at_none)
     k = int(np.argmax(gain))
     square, shrink, back = squares[k], shrink[k], root @ vectors
     mean = (back @ (shrink * (b - c @ common[k]))[..., None])[..., 0]
@@ -451,7 +453,7 @@ class SearchData:
                         root = np.linalg.cholesky((1.0 + apart) * np.exp(-apart) + 1e-8 * np.eye(len(fewer.knots)))
                         unit = float(np.mean(np.einsum("gkk->gk", information))) + 1e-300
                         values, vectors = np.linalg.eigh(root.T @ information @ root)
-                        spectra[key] = Spectrum(root, unit, np.maximum(values, 0.0), vectors.astype(np.float32))
+                        spectra[key] = Spectrum(root, unit, np.maximum(values, 0.0), vectors)
                     spectrum = spectra[key]
                 pull = np.einsum("gr,rk->gk", weights, fewer.pull)
                 shared = np.einsum("gr,rkc->gkc", weights, fewer.shared)
@@ -501,9 +503,8 @@ def projector_of(bench: Workbench, fit: Fit) -> ResidualProjector:
     shared = metric.whiten(shapes).reshape(len(shapes), runs, -1)
     size = np.maximum(np.sqrt(np.sum(shared**2, axis=(1, 2))), 1e-12)
     shared = shared * np.where(chosen, 1.0 / size, 1.0)[:, None, None]
-    gram = np.einsum("crm,drm->cd", shared, shared) + np.diag(np.where(chosen, CHOSEN, 1.0))
     residual = metric.whiten(bench.fitted.y - fit.values).reshape(runs, -1)
-    return ResidualProjector(metric, residual, shared, gram, np.linalg.pinv(gram, hermitian=True))
+    return ResidualProjector(metric, residual, shared, np.where(chosen, CHOSEN, 1.0))
 
 
 def search_data_of(bench: Workbench, fit: Fit, among: Sequence[str] = (), spectra: Spectra | None = None) -> SearchData:

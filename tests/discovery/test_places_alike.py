@@ -25,7 +25,7 @@ def test_what_is_left_elsewhere_is_the_squared_sine_of_the_angle_between_respons
     size = data.projector.fit_sizes(columns)[1]
     made = np.tensordot(size, columns, axes=1).ravel()
     shared = data.projector.shared.reshape(len(data.projector.shared), -1)
-    prior = np.sqrt(np.maximum(np.diag(data.projector.gram - shared @ shared.T), 0.0))
+    prior = np.sqrt(data.projector.prior)
     left = {}
     wide = replace(data, wide=True)
     for place in (p for p in data.places if p.name == "bending_both"):
