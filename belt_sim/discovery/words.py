@@ -8,7 +8,7 @@ import numpy as np
 from belt_sim.diagnosis.errors import errors_of
 from belt_sim.discovery.linear_search import first_of_each
 from belt_sim.discovery.search_data import SearchData, course_travel, form_inputs, variable
-from belt_sim.discovery.selection import RUNS_OF_A_LAW, Estimates, LawChoice, MarchFit, SearchOutcome
+from belt_sim.discovery.selection import ROUND_SIGMAS, RUNS_OF_A_LAW, Estimates, LawChoice, MarchFit, SearchOutcome
 from belt_sim.effects.law import ONE_SIDED, STIFFNESS, VARIABLES, Form, Law, number_name
 from belt_sim.effects.load import save_effects
 from belt_sim.io import provenance
@@ -165,8 +165,10 @@ def sentence(data: SearchData, made: MarchFit, law: FoundLaw, error: Errors) -> 
     value, u = made.exponent
     powers = [numbers[n][0] for n in ("exponent", "exponent_2") if n in numbers]
     if u > 0.0 and not powers[0]:
-        known = abs(value) < 2.0 * u and u < 0.4
+        known = abs(value) < ROUND_SIGMAS * u and u < 0.4
         said += f"; {'no dependence on' if known else 'may depend on'} tension (exponent {words.with_u(value, u)})"
+    elif abs(value) < ROUND_SIGMAS * u:  # as of a stiffness so high that more of it changes nothing
+        said += f"; these runs do not tell that exponent from 0 ({words.with_u(value, u)})"
     said += f"; sizes hold at {data.tension / N_PER_MM2:g} N/mm²" if any(powers) else ""
     rms, own = error.fit or error.held_out, error.own
     assert rms is not None  # a law is fitted to some runs

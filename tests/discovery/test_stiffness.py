@@ -115,6 +115,17 @@ def test_a_stretch_of_the_belt_is_told_as_so_much_more_or_less_of_it(size, said)
     assert float(told.removeprefix(said).split()[0]) == pytest.approx(length, rel=1e-3)
 
 
+@pytest.mark.parametrize(("exponent", "told"), [((2.2, 7600.0), True), ((2.0, 0.9), False), ((2.0, 0.0), False)])
+def test_an_exponent_that_nothing_shows_is_told_as_one(exponent, told):
+    """Guard: a span too stiff to bend was told as nine times as stiff at 20 N/mm² and 59 times at 50."""
+    law = law_of(surveyed(), "bending_upper", Form("none"), 2.0)
+    numbers = {"size": (9.4, 0.4, "1"), "exponent": (2.0, 0.0, "1")}
+    made = SimpleNamespace(scored=SimpleNamespace(law=law), estimates=lambda: numbers, exponent=exponent)
+    shown = SimpleNamespace(parity="odd", looks_like="")
+    errors = Errors(noise_floor=1e-5, fit=Change(before=2e-4, after=1e-4))
+    assert ("do not tell that exponent from 0 (2 ± 7600)" in sentence(surveyed(), made, shown, errors)) == told
+
+
 ALIKE = 0.04  # of what a law makes of the readings, which another place leaves: a correlation of 0.98
 LOOK_ALIKES = {
     "bending_carried": (Form("none", course="belt_section", at=0.3, wide=0.02), {"turn_carried"}),
