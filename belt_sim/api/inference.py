@@ -30,10 +30,9 @@ from belt_sim.diagnosis.foresight import forget_layout, free_starts, sheet_evide
 from belt_sim.diagnosis.next_run import next_runs
 from belt_sim.diagnosis.plausibility import CORRELATED, inseparable_numbers, prior_sigma
 from belt_sim.diagnosis.workbench import Workbench, workbench
-from belt_sim.discovery.law_search import LawSearch, unknown_evidence
 from belt_sim.discovery.responses import curve_row
 from belt_sim.discovery.search_data import search_data_of
-from belt_sim.discovery.selection import SearchOutcome, search_law
+from belt_sim.discovery.selection import LawSearch, SearchOutcome, search_law, unknown_evidence
 from belt_sim.discovery.words import describe_discovery
 from belt_sim.effects.base import Effect, library
 from belt_sim.errors import InputError, flag, whole
@@ -114,8 +113,8 @@ def diagnose(
         if {cls.id for cls in candidates_of(None, chosen)} - {cls.id for cls in classes}:
             found = replace(found, asked_for=len(classes))
         if findings.law is not None:
-            law = findings.law.describe(findings.decision.probability_of_unknown, config)
-            found = replace(found, discovery=law)
+            sure = findings.decision.probability_of_unknown
+            found = replace(found, discovery=describe_discovery(findings.law.outcome, sure, config=config))
         shown(found)
         named = all(e.id in library() for e in found.effects)
         limits = validity_warnings(campaign, chosen, effects_of(list(found.effects)) if named else found.effects)

@@ -7,7 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import combinations, groupby
-from typing import Protocol
+from typing import Any, Protocol
 
 import jax
 import numpy as np
@@ -52,7 +52,6 @@ from belt_sim.jax_setup import begin_in_thread, in_float64, map_in_threads
 from belt_sim.line.hooks import as_driven
 from belt_sim.line.spans import Composition
 from belt_sim.model import BASE_MODELS, MODELS
-from belt_sim.results.diagnosis import Discovery
 
 BOOTSTRAPS = 100
 MANY_READINGS = 4_000  # readings, from which memory counts for more than time: what is beyond sets is sought one by one
@@ -70,11 +69,11 @@ Matters = Callable[[list[LawEvidence]], bool]
 class LawResult:
     """What a search has found beside a fit.
 
-    describe: (probability that something unknown is there, configuration) -> the result; law: as the march has it, with
-    the joint fit and its workbench; None where no law describes what is there.
+    outcome: of the search, which its own room puts in words; law: as the march has it, with the joint fit and its
+    workbench; None where no law describes what is there.
     """
 
-    describe: Callable[[float, object], Discovery]
+    outcome: Any
     law: LawEvidence | None = None
     fit: Fit | None = None
     bench: Workbench | None = None

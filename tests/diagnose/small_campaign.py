@@ -14,7 +14,7 @@ from belt_sim.campaign import Campaign
 from belt_sim.diagnosis.describe import describe, drawings_of
 from belt_sim.diagnosis.examine import Findings, examine
 from belt_sim.diagnosis.workbench import Workbench, workbench
-from belt_sim.discovery.law_search import LawSearch
+from belt_sim.discovery.selection import LawSearch
 from belt_sim.model import analytic_model
 from belt_sim.results.diagnosis import Diagnosis
 from belt_sim.units import N_PER_MM2

@@ -9,7 +9,7 @@ import belt_sim as bs
 from belt_sim.campaign.kinematics import check_repeats, suspicions
 from belt_sim.campaign.types import rig_of
 from belt_sim.diagnosis.foresight import free_starts, sheet_evidence
-from belt_sim.discovery.law_search import LawSearch
+from belt_sim.discovery.selection import LawSearch
 from belt_sim.model import MODELS
 from belt_sim.virtual_rig import Plan, RunSetting, make_campaign
 

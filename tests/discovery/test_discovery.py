@@ -14,10 +14,9 @@ from belt_sim.api import inference
 from belt_sim.api.plot import pictures_by_kind
 from belt_sim.diagnosis.decide import POLICY, log_evidence
 from belt_sim.diagnosis.workbench import workbench
-from belt_sim.discovery import law_search, search_data
-from belt_sim.discovery.law_search import LawSearch, unknown_evidence
+from belt_sim.discovery import search_data, selection
 from belt_sim.discovery.search_data import search_data_of
-from belt_sim.discovery.selection import CloseLaw, search_law
+from belt_sim.discovery.selection import CloseLaw, LawSearch, search_law, unknown_evidence
 from belt_sim.discovery.words import describe_discovery, place_words, sentence
 from belt_sim.errors import InputError
 from belt_sim.results.errors import Change, Errors, OwnChange
@@ -87,7 +86,7 @@ def test_something_unknown_is_likely_where_it_is_and_only_there():
 
 
 def test_the_law_in_the_march_is_worth_more_than_what_is_seen_in_the_linear_range(monkeypatch):
-    monkeypatch.setattr(law_search, "search_law", lambda data, tell, **asked: discovered("yaw_creep"))
+    monkeypatch.setattr(selection, "search_law", lambda data, tell, **asked: discovered("yaw_creep"))
     bench, fit = fitted("yaw_creep")
     seen, law = LawSearch().evidence_of_unknown(bench, fit), LawSearch().law(bench, fit)
     assert law.law is not None
@@ -103,7 +102,7 @@ def test_free_inputs_that_were_seen_are_not_sought_again(monkeypatch):
     search = LawSearch()
     seen = search.evidence_of_unknown(bench, fit)
     asked = []
-    monkeypatch.setattr(law_search, "search_law", lambda data, tell, **given: asked.append(given) or discovered())
+    monkeypatch.setattr(selection, "search_law", lambda data, tell, **given: asked.append(given) or discovered())
     search.law(bench, fit)
     latent_inputs = asked[0]["latent_inputs"]
     best = max(c.gain for c in latent_inputs)

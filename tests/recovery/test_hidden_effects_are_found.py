@@ -8,7 +8,7 @@ from small_campaign import CLASSES, MODEL, SEED, SPREAD, campaign, diagnosed
 from belt_sim.api.simulate import candidates_of
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.examine import examine
-from belt_sim.discovery.law_search import LawSearch
+from belt_sim.discovery.selection import LawSearch
 from belt_sim.results.diagnosis import Diagnosis, FoundEffect, Verdict
 from belt_sim.virtual_rig.make import make_campaign
 

@@ -9,7 +9,7 @@ from small_campaign import CLASSES, MODEL, SEED, SPREAD, campaign, diagnosed
 from belt_sim.campaign import Quantity
 from belt_sim.diagnosis.describe import describe
 from belt_sim.diagnosis.examine import examine
-from belt_sim.discovery.law_search import LawSearch
+from belt_sim.discovery.selection import LawSearch
 from belt_sim.results.diagnosis import Verdict
 from belt_sim.virtual_rig.make import make_campaign
 from belt_sim.virtual_rig.plan import TEST_BELT, TEST_RIG
