@@ -19,7 +19,7 @@ from belt_sim.api.simulate import (
     with_run,
 )
 from belt_sim.campaign import Campaign, case_of, leave_out_bad_readings
-from belt_sim.campaign.types import sensor_place
+from belt_sim.campaign.types import first_place_inside_span
 from belt_sim.curves import late_rates
 from belt_sim.diagnosis.errors import (
     drawings,
@@ -127,7 +127,7 @@ def validity_warnings(
     Belts of the virtual rig leave their pulleys like a thread: of synthetic runs nothing is said about lifting off.
     """
     acting = [e for e in effects if isinstance(e, Effect)]
-    inside = any(place and not place.on_wrap for place in (sensor_place(s.at) for s in campaign.signals))
+    inside = first_place_inside_span(campaign.signals)
     words = "the belt is too slack for this model, its own stiffness lifts it off the pulleys, and a sensor inside a "
     words += "span excludes strip_lift_off"
     known = ("lift_off",) if campaign.source.kind == "synthetic" else ()

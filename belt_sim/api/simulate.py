@@ -8,7 +8,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from belt_sim.campaign.types import Campaign, case_of, sensor_place
+from belt_sim.campaign.types import Campaign, case_of, first_place_inside_span
 from belt_sim.case import Case
 from belt_sim.curves import Curves, Observer
 from belt_sim.effects.base import Effect, library
@@ -86,7 +86,7 @@ def model_for_campaign(campaign: Campaign) -> str:
     slack = next((run for run in slackest if lifts_off(case_of(campaign, run))), None)
     if slack is None:
         return "strip, as in no run the belt is so slack that it lifts off"
-    if any(place and not place.on_wrap for place in (sensor_place(s.at) for s in campaign.signals)):
+    if first_place_inside_span(campaign.signals):
         return "strip, as a sensor stands inside a span, where strip_lift_off is silent"
     slackest_run = f"run {slack.name} ({slack.tension / N_PER_MM2:.4g} N/mm2)"
     return f"strip_lift_off, as {slackest_run} is so slack that the belt lifts off"

@@ -2,7 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -29,6 +29,11 @@ def sensor_place(at: str) -> SensorPlace | None:
     """The place that a text like ``upper_span at 2 m`` names; None for a point, a mid-span and all else."""
     found = _ELSEWHERE.fullmatch(at)
     return SensorPlace(found[1], float(found[2])) if found else None  # type: ignore[arg-type]
+
+
+def first_place_inside_span(signals: "Sequence[SignalSheet]") -> SensorPlace | None:
+    """The first place of a sensor inside a span; None where none stands there."""
+    return next((place for place in (sensor_place(s.at) for s in signals) if place and not place.on_wrap), None)
 
 
 def kind_at(at: str) -> Kind | None:

@@ -15,6 +15,7 @@ import numpy as np
 from belt_sim.campaign import Campaign, SignalSheet, Suspicion, case_of, suspicions
 from belt_sim.campaign.kinematics import check_repeats
 from belt_sim.campaign.quality import check_starts, counted_from_yaw, records_of
+from belt_sim.campaign.types import first_place_inside_span
 from belt_sim.case import Case
 from belt_sim.diagnosis.decide import (
     POLICY,
@@ -33,7 +34,7 @@ from belt_sim.diagnosis.fit import Fit
 from belt_sim.diagnosis.forward import Forward
 from belt_sim.diagnosis.linearisation import Linearisation, chance_inflation, find_starts, linearise_effects
 from belt_sim.diagnosis.noise import FREE_ZERO, Disagreement, metric_of, words_of
-from belt_sim.diagnosis.samples import first_place_inside_span, samples_of, shapes_a_span
+from belt_sim.diagnosis.samples import samples_of, shapes_a_span
 from belt_sim.diagnosis.search import (
     NO_EFFECTS,
     Names,

@@ -23,14 +23,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from belt_sim.campaign.types import PLACES, sensor_place
+from belt_sim.campaign.types import PLACES, first_place_inside_span, sensor_place
 from belt_sim.case import Case, Schedule, Settings
 from belt_sim.curves import SensorPlace
 from belt_sim.diagnosis.samples import (
     MAX_SAMPLES,
     SEEN_AT_REST,
     Samples,
-    first_place_inside_span,
     indicate_place,
     places_of,
     shapes_a_span,

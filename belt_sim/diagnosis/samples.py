@@ -157,11 +157,6 @@ def shapes_a_span(effect: Hooks | type[Hooks]) -> bool:
     return bool(overrides(effect, INSIDE))
 
 
-def first_place_inside_span(signals: Sequence[SignalSheet]) -> SensorPlace | None:
-    """The first place of a sensor inside a span; None where none stands there."""
-    return next((place for place in (sensor_place(s.at) for s in signals) if place and not place.on_wrap), None)
-
-
 def travel_lead(place: SensorPlace, case: Case):
     """Travel [m] by which the belt passes the place before it passes the point that belongs to it; negative: after."""
     sign = 1.0 if place.where in ("upper_span", "head_wrap") else -1.0

@@ -114,13 +114,11 @@ def drum(width: float, radius: float) -> rr.Mesh3D:
     rings = [rim + np.array([0.0, side * 0.5 * width, 0.0]) for side in (-1.0, 1.0)]
     out, flat = rim / radius, np.tile([0.0, 1.0, 0.0], (CORNERS, 1))
     here = np.arange(CORNERS)
-    after = (here + 1) % CORNERS
-    side = [np.column_stack([here, after, here + CORNERS]), np.column_stack([after, after + CORNERS, here + CORNERS])]
     fan = np.column_stack([0 * here[2:], here[1:-1], here[2:]])
     return rr.Mesh3D(
         vertex_positions=np.vstack([*rings, *rings]),
         vertex_normals=np.vstack([out, out, -flat, flat]),
-        triangle_indices=np.vstack([*side, fan + 2 * CORNERS, fan + 3 * CORNERS]),
+        triangle_indices=np.vstack([geometry.ribbon_triangles(CORNERS), fan + 2 * CORNERS, fan + 3 * CORNERS]),
         albedo_factor=(150, 160, 172),
     )
 
