@@ -310,7 +310,7 @@ class SweepGrid:
             for c in corners:
                 refuse_short_waves(c, self.effects, chosen.step)
             plan = (*plans[0][:2], max(p[2] for p in plans))
-            if at is not None and (not isinstance(at, Sequence | np.ndarray) or isinstance(at, str)):
+            if at is not None and (not np.iterable(at) or isinstance(at, str)):
                 raise InputError("at", at, "m", "give a list of travels, e.g. at=[1,10]")
             remedy = f"give travels from 0 to {travel:g}"
             asked = [s for s in READ_AT if s <= travel] if at is None else at

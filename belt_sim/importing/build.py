@@ -25,6 +25,7 @@ from belt_sim.importing.mapping import MAPPING_FILE, MAPPING_SCHEMA, MappingEntr
 from belt_sim.importing.runs import (
     BY_TRAVEL,
     RANGES,
+    SPEEDS_APART,
     TIME_COLUMN,
     AssembledRun,
     FoundRuns,
@@ -129,8 +130,6 @@ REVOLUTIONS, PART_OF_SPAN = 50.0, 0.02
 #: Spans that a yawed belt must have run to be judged by its movement, and the share of yaw times travel that it moves
 #: at least; share by which a tension may move within a run.
 SPANS, STILL_TENSION, RAMP = 2.0, 2e-3, 0.04
-#: Share by which a speed that is stated or logged may differ from travel over time.
-SPEEDS_APART = 0.1
 LIKELY_SETTINGS = {"tension": (3e5, 8e8), "speed": (2e-3, 15.0), "yaw": (-0.035, 0.035), "yaw_head": (-0.035, 0.035)}
 
 

@@ -8,7 +8,6 @@ import unicodedata
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
-from decimal import Decimal
 from pathlib import Path
 from typing import Any, Literal
 
@@ -114,9 +113,10 @@ class Column:
 
     @property
     def half_digit(self) -> float:
-        """Half of the last digit [SI] that its numbers are written with."""
-        digits = [int(Decimal(f"{x:.12g}").as_tuple().exponent) for x in self.numbers]
-        return 0.5 * abs(self.factor) * 10.0 ** min(digits, default=0)
+        """Half of the last digit [SI] that its numbers need; of 10.00 as of 10."""
+        numbers = self.numbers
+        digits = (k for k in range(13) if np.allclose(np.round(numbers, k), numbers, rtol=1e-12, atol=0.0))
+        return 0.5 * abs(self.factor) * 10.0 ** -next(digits, 13)
 
     @property
     def why(self) -> str:

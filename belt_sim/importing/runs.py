@@ -24,6 +24,10 @@ from belt_sim.units import DEGREE, N_PER_MM2, UNITS, number_of, plain_minus, qua
 TIME_COLUMN = "time_s"
 #: What tells a speed that follows from travel and time.
 BY_TRAVEL = "travel over time"
+#: Share by which a speed that is stated or logged may differ from travel over time.
+SPEEDS_APART = 0.1
+#: What tells where a yaw was set that a column shows.
+YAW_STEP = "the step"
 #: setting -> its range, in the unit that a number without one has
 RANGES = {name: bounds for name, bounds, _ in RUN_NUMBERS.values()}
 #: Settings without which a run says nothing.
@@ -72,7 +76,8 @@ class Section(NamedTuple):
 class AssembledRun:
     """One run as far as it is known: key, its name in the mapping; entry: what the mapping says of it; record: time and
     signals over the travel; speeds: what tells its speed -> this [m/s]; started: date and time of day of its first row,
-    "" where only seconds were logged."""
+    "" where only seconds were logged; half_digits: signal -> half of its last digit [SI]; count: the column that
+    tells its travel, or else its time."""
 
     key: str
     entry: RunEntry
@@ -81,6 +86,8 @@ class AssembledRun:
     speeds: dict[str, float]
     file: str
     started: str
+    half_digits: dict[str, float]
+    count: Column | None
     notes: tuple[str, ...]
 
 
@@ -132,14 +139,36 @@ def _joined(first: AssembledRun, run: AssembledRun, block: LoggedTable) -> Assem
     shared, others = both[0].columns.intersection(both[1].columns), list[str]()
     for name in shared.drop(TIME_COLUMN, errors="ignore"):
         one, other = (record[name].dropna() for record in both)
-        at, steps = one.index.intersection(other.index), [resolution(y.to_numpy()) for y in (one, other)]
-        rounding = 0.51 * min(max(steps), SAME_SETTING * float(np.ptp(other)))
+        at = one.index.intersection(other.index)
+        rounding = 1.01 * max(first.half_digits[name], run.half_digits[name])
+        rounding = min(rounding, SAME_SETTING * float(np.ptp(other)))
         if len(at) < min(len(one), len(other)) or not np.allclose(one[at], other[at], rtol=1e-9, atol=rounding):
             others.append(str(name))
     if others:
         remedy = f"stands already in {first.file} with other readings of {' and '.join(others)}; join them if the run"
         remedy += " goes on, else give every run its own name, or import each by itself"
         raise block.refuse(0, "run", block.label, "", remedy)
+    if first.count and run.count and first.count.name == run.count.name:  # of one counter, if they overlap
+        rises = [c.numbers[-1] > c.numbers[0] for c in (first.count, run.count)]
+        if rises[0] != rises[1]:
+            way = "up" if rises[0] else "down"
+            raise block.refuse(0, run.count.name, "counts the other way", "", f"{first.file} counts {way}; mend one")
+        earlier, later = (np.sort(c.numbers) for c in (first.count, run.count))
+        late, step = float(later[0] - earlier[0]), float(np.median(np.diff(later)))
+        if abs(late) > 1.01 * step and late < earlier[-1] - earlier[0] and -late < later[-1] - later[0]:
+            text = f"{abs(late):.6g} {run.count.unit} {'behind' if late > 0.0 else 'before'} the first of {first.file}"
+            raise block.refuse(0, run.count.name, "begins", "", f"{text}; cut both to where both begin")
+    speed, other_speed = (p.speeds.get(BY_TRAVEL, 0.0) for p in (first, run))
+    if speed > 0.0 and other_speed > 0.0 and abs(other_speed - speed) > SPEEDS_APART * speed:
+        remedy = f"{first.file} runs at {speed:.4g} m/s by its clock; mend one"
+        raise block.refuse(0, "speed", f"{other_speed:.4g}", "m/s", remedy)
+    steps = [p.settings["yaw_at"] for p in (first, run) if "yaw_at" in p.settings]
+    if len(steps) == 2 and all(s.source.startswith(YAW_STEP) for s in steps):
+        seen, also = steps
+        within = math.sqrt(3.0) * sum(p.settings["yaw_at_u"].value for p in (first, run))
+        if abs(also.value - seen.value) > within + 10.0**-PLACE_DECIMALS:
+            remedy = f"{first.file} shows the step at {seen.value:.6g} m; begin both files at one place of the belt"
+            raise block.refuse(0, "yaw_at", f"{also.value:.6g}", "m", remedy)
     for key, new in run.settings.items():
         old = first.settings.get(key, new)
         apart = abs(new.value - old.value) > (1e-6 if key in COUNTED else SAME_SETTING) * abs(new.value)
@@ -148,12 +177,16 @@ def _joined(first: AssembledRun, run: AssembledRun, block: LoggedTable) -> Assem
             raise block.refuse(
                 0, key, setting_text(key, new.value), "", f"{says}; mend one, or state it in the mapping"
             )
-    record = pd.concat(both).groupby(level=0).last()
+    record = both[1].combine_first(both[0])
+    for name in shared.drop(TIME_COLUMN, errors="ignore"):  # of two copies the one with more digits
+        if first.half_digits[name] < run.half_digits[name]:
+            record[name] = both[0][name].combine_first(both[1][name])
     return replace(
         first,
         record=record if TIME_COLUMN in shared else record.drop(columns=TIME_COLUMN, errors="ignore"),
         settings=run.settings | first.settings,
         file=", ".join(dict.fromkeys([*first.file.split(", "), run.file])),
+        half_digits={k: min(p.half_digits.get(k, math.inf) for p in (first, run)) for k in record.columns},
         notes=tuple(dict.fromkeys(first.notes + run.notes)),
     )
 
@@ -275,7 +308,8 @@ def _assemble(
     logged = logged_settings(block, way.travel, moved, stated, section)
     known = moved | named | logged | stated  # of each the last that has it
     counted, at = block.values("travel"), known.get("yaw_at")
-    if at and counted is not None and counted[0] != 0.0 and not at.source.startswith("the step"):
+    of_all = at and at.source == "the mapping" and at.text == mapping.all_runs.yaw_at  # whatever each counter shows
+    if at and not of_all and counted is not None and counted[0] != 0.0 and not at.source.startswith(YAW_STEP):
         up = np.sign(counted[-1] - counted[0])  # as the column of travel counts, where it has that place
         if up * counted[0] <= up * at.value <= up * counted[-1]:
             place = round(float(np.interp(up * at.value, up * counted, way.travel)), PLACE_DECIMALS)
@@ -312,6 +346,8 @@ def _assemble(
         speeds=speeds,
         file=block.file.name,
         started=started,
+        half_digits={c.signal: c.half_digit for c in block.columns if c.role == "signal"},
+        count=block.column("travel") or block.column("time"),
         notes=tuple(notes),
     )
 
@@ -350,7 +386,7 @@ def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, Log
                 name, role, value = names[row], column.role, float(values[row])
                 text, before = setting_text(role, value), found[name].get(role)
                 place, coarse = places.get((name, role), ("", math.inf))
-                may_differ = 1.01 * (rounding + coarse) if before and value * before.value > 0.0 else 0.0
+                may_differ = min(1.01 * max(rounding, coarse), SAME_ROUNDED * abs(value))
                 if before is not None and abs(value - before.value) > may_differ:
                     remedy = f"{place} says {before.text} of run {name}; mend one, or name the runs apart"
                     raise table.refuse(row, role, text, "", remedy)
@@ -362,8 +398,8 @@ def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, Log
 
 def setting_text(setting: str, value: float) -> str:
     """A setting [SI] in the unit that it has without one: 10 N/mm2."""
-    unit = RANGES[setting].unit
-    return f"{value / UNITS[unit][1]:.6g} {unit}".strip()
+    unit, digits = RANGES[setting].unit, 9 if setting in COUNTED else 6
+    return f"{value / UNITS[unit][1]:.{digits}g} {unit}".strip()
 
 
 def run_name(text: str) -> str:
@@ -452,7 +488,7 @@ def logged_settings(
         found[key] = Setting(round_digits(level, LOGGED_DIGITS), "its column")
         if at and "yaw_at" not in known | found:
             earlier, later = travel[begun], travel[at]
-            words = f"the step of {key}, somewhere within {later - earlier:.2g} m"
+            words = f"{YAW_STEP} of {key}, somewhere within {later - earlier:.2g} m"
             u = round_digits((later - earlier) / np.sqrt(12.0), LOGGED_DIGITS)
             found |= {"yaw_at": Setting(0.5 * (earlier + later), words), "yaw_at_u": Setting(u, words)}
     if (tension := block.values("tension")) is not None:
@@ -504,6 +540,8 @@ AIMED, FEWEST_LEFT = 600, 60
 UNEVEN = 0.95
 #: Decimals of a reading in SI that are kept.
 DECIMALS = 10
+#: Two tables of runs say the same within this share, if their digits allow as much.
+SAME_ROUNDED = 5e-3
 #: Digits of one setting that was logged, within SAME_SETTING of each other in several runs.
 SAME_DIGITS, SAME_SETTING = 3, 0.01
 

@@ -317,17 +317,21 @@ def test_a_stress_and_a_force_have_no_mean(tmp_path):
 
 
 def test_tables_of_runs_may_differ_as_their_digits_are_rounded(tmp_path):
-    """Guard: 0.7 mrad beside 0.0403 deg was refused. Nothing is no rounded number."""
+    """Guard: 10 beside 10.04 was refused, 10 beside 10.4 and 11 was not. Nothing is no rounded number."""
     record, tables = tmp_path / "a.csv", [tmp_path / "t.csv", tmp_path / "u.csv"]
     record.write_text(table(["travel [m]", "y1 [mm]"], [L.travel, L.y1]))
-    rows = "run,tension [N/mm2],yaw [deg]\na,10.2,-0.0403\n", "run,tension [N/mm2],yaw [mrad]\na,10,-0.7\n"
+    rows = "run,tension [N/mm2],yaw [deg]\na,10.04,-0.0403\n", "run,tension [N/mm2],yaw [mrad]\na,10,-0.703\n"
     for texts in (rows, rows[::-1]):
         for path, text in zip(tables, texts, strict=True):
             path.write_text(text)
         (run,) = understand(read([record, *tables]), MAPPING).complete().runs
-        assert (run.tension, run.yaw) == pytest.approx((10.2e6, np.radians(-0.0403)))
+        assert (run.tension, run.yaw) == (10.04e6, pytest.approx(np.radians(-0.0403), rel=1e-3))
+    for tension in (10.4, 11):
+        tables[1].write_text(f"run,tension [N/mm2]\na,{tension}\n")
+        with pytest.raises(CampaignError, match=rf"tension = {tension} N/mm2: t\.csv:2 says 10 N/mm2 of run a"):
+            understand(read([record, *tables]), MAPPING)
     tables[1].write_text("run,yaw [deg]\na,0\n")
-    with pytest.raises(CampaignError, match=r"u\.csv:2: yaw = 0 deg: t\.csv:2 says -0\.0401"):
+    with pytest.raises(CampaignError, match=r"u\.csv:2: yaw = 0 deg: t\.csv:2 says -0\.0402"):
         understand(read([record, *tables]), MAPPING)
 
 
@@ -378,3 +382,39 @@ def test_a_table_of_runs_states_starts_and_yaws_as_the_travel_counts(tmp_path):
     assert run.yaw_at == 12.0
     run = proposal(tmp_path / "b.csv", ["odometer [m]", "y1 [mm]"], columns[:2], all_runs=RUN | {"yaw_at": "5 m"})
     assert run.complete().runs[0].yaw_at == 5.0
+
+
+def test_parts_that_begin_or_count_otherwise_are_refused(tmp_path):
+    """Guard: the second was laid over the first from its own first row on."""
+    header, first, other = ["odometer [m]", "y1 [mm]"], [L.travel + 100.0, L.y1], ["odometer [m]", "y4 [mm]"]
+    late, clock = L.travel > 4.0, ["odometer [m]", "time [s]"]
+    for names, columns, told in (
+        (other, [L.travel[late] + 100.0, L.y4[late]], r"odometer \[m\] = begins: \S+ m behind the first of day1"),
+        (other, [200.0 - L.travel, L.y4], r"odometer \[m\] = counts the other way: day1.csv counts up"),
+    ):
+        with pytest.raises(CampaignError, match=told):
+            two_files(tmp_path, header, first, names, columns)()
+    twice = [[L.travel, pace * L.travel, y] for pace, y in ((2.0, L.y1), (1.0, L.y4))]
+    with pytest.raises(CampaignError, match=r"speed = 1 m/s: day1\.csv runs at 0.5 m/s by its clock"):
+        two_files(tmp_path, [*clock, "y1 [mm]"], twice[0], [*clock, "y4 [mm]"], twice[1])()
+    yawed = [np.where(L.travel > at, -0.042, 0.0) for at in (5.0, 6.0)]
+    names = ["y1 [mm]", "yaw [deg]"], ["y4 [mm]", "yaw [deg]"]
+    two_files(
+        tmp_path,
+        ["odometer [m]", *names[0]],
+        [L.travel, L.y1, yawed[0]],
+        ["way [m]", *names[1]],
+        [L.travel, L.y4, yawed[1]],
+    )
+    files, columns = [tmp_path / "day1.csv", tmp_path / "day2.csv"], {"way [m]": {"role": "travel"}}
+    with pytest.raises(CampaignError, match=r"yaw_at = .* day1\.csv shows the step at"):
+        understand(read(files), MAPPING | {"columns": columns, "all_runs": {"tension": "10 N/mm2"}})
+
+
+def test_of_two_copies_the_finer_one_counts_and_what_is_no_rounding_is_refused(tmp_path):
+    header, first = ["travel [m]", "y1 [mm]"], [L.travel, np.round(L.y1, 4)]
+    (run,) = two_files(tmp_path, header, first, header, [L.travel, np.round(L.y1, 1)])().complete().runs
+    y = run.signals["y1"] - run.signals["y1"][0]
+    assert np.abs(1e3 * y - (first[1] - first[1][0])).max() < 1e-3
+    with pytest.raises(CampaignError, match="with other readings of y1"):
+        two_files(tmp_path, header, first, header, [L.travel[::10], 1.004 * first[1][::10]])()
