@@ -24,6 +24,13 @@ class InputError(BeltError, ValueError):
         return type(self), (self.name, self.value, self.unit, self.remedy)
 
 
+class UnwritableError(BeltError, OSError):
+    """A file that cannot be written: errno, strerror and filename, as the system says."""
+
+    def __str__(self) -> str:
+        return f"{self.filename}: cannot be written ({self.strerror}); choose another folder"
+
+
 class CannotRepresent(BeltError):
     """A model was asked for something outside the laws that it reads."""
 

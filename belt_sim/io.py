@@ -18,7 +18,7 @@ from typing import Any
 
 import yaml
 
-from belt_sim.errors import BeltError
+from belt_sim.errors import BeltError, UnwritableError
 
 #: what travels with the package: at the top of a checkout, or inside an installed package
 PACKAGE = Path(__file__).resolve().parent
@@ -118,18 +118,18 @@ def write_json(path: Path, content: Mapping[str, Any]) -> Path:
 
 
 def write_with(path: Path, writer: Callable[[Path], Any]) -> Path:
-    """Let ``writer`` fill a temporary file beside ``path``, then rename it."""
+    """Let ``writer`` fill a temporary file beside ``path``, then rename it. Raises UnwritableError."""
     path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(f".{path.stem}.{os.getpid()}{path.suffix}")
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         writer(temporary)
         os.replace(temporary, path)
     except OSError as error:
-        error.filename = error.filename or str(path)  # a full disk is told without one
-        raise
+        raise UnwritableError(error.errno, error.strerror or str(error), str(path)) from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):  # as where a file stands in place of a folder
+            temporary.unlink()
     return path
 
 

@@ -11,10 +11,8 @@ from functools import cache
 
 import jax
 import pytest
-from hydra._internal.hydra import Hydra
 from xdist.scheduler import LoadScopeScheduling
 
-from belt_sim.commands import COMMANDS
 from belt_sim.io import ROOT
 from belt_sim.jax_setup import LEAST_EFFORT, STEP_EFFORT, prepare
 from belt_sim.space.quasi_static import run_batch
@@ -33,18 +31,6 @@ os.environ["XLA_FLAGS"] = usual
 STEP_EFFORT.update(LEAST_EFFORT)
 run_batch.effort = LEAST_EFFORT
 jax.config.update("jax_enable_x64", True)
-
-composed_mode = Hydra.get_mode
-
-
-def stated_mode(hydra, config_name, overrides):
-    """Return Hydra's mode, for which it composes the whole configuration once more: an experiment may state one, or a
-    configuration of one's own."""
-    may_state = config_name not in COMMANDS or any(x in str(overrides) for x in ("hydra.mode", "experiment"))
-    return composed_mode(hydra, config_name, overrides) if may_state else None
-
-
-Hydra.get_mode = stated_mode
 
 
 class ByFile(LoadScopeScheduling):

@@ -234,7 +234,7 @@ def numbers_first(what: str) -> Iterator[None]:
     """Around the drawing of ``what``: a picture that cannot be drawn is told, and the numbers are kept."""
     try:
         yield
-    except (BeltError, OSError):
+    except BeltError:
         raise
     except Exception as error:
         reason = (str(error).strip().splitlines() or [""])[0]

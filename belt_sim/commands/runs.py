@@ -240,7 +240,7 @@ def run_task(config: DictConfig, *, command: str, computed: Any = None) -> float
             value = run.carry_out(computed)
             at_work.pop("notes", None)
     except BeltError as error:
-        failure = str(error)
+        failure = explain(error, "") if isinstance(error, OSError) else str(error)
     except Exception as error:
         if getattr(error, "filename", None) == OUTPUT or not (many or isinstance(error, OSError)):
             at_work["crash"] = error  # Hydra would print words of its own

@@ -96,6 +96,7 @@ GAIN_OF_A_RUN = 50.0
 OF_MODEL = 0.5
 #: Steps of the refinement of a mistake's size, and how far it reaches, as a logarithm.
 REFINED, SIZE_REACH = 12, 0.9
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 #: Kinds of mistakes that are laid out anew after the screening.
 FINALISTS = 3
 
@@ -353,14 +354,30 @@ def _refine(chi2: float, mistake: SheetMistake, stated: _Layout) -> tuple[float,
     if mistake.kind not in CONTINUOUS or chi2 > stated.total():
         return chi2, mistake
 
-    from scipy.optimize import minimize_scalar  # a quarter of a second to import
+    def misfit(logarithm: float) -> float:
+        return min(stated.total_without(replace(mistake, size=float(np.exp(logarithm)))), 1e300)
 
+    # golden section (scipy.optimize takes a quarter of a second to import), then the vertex of a parabola
     at = float(np.log(mistake.size))
-    found = minimize_scalar(
-        lambda x: min(stated.total_without(replace(mistake, size=float(np.exp(x)))), 1e300),
-        bounds=(at - SIZE_REACH, at + SIZE_REACH), method="bounded", options={"maxiter": REFINED},
-    )  # fmt: skip
-    return (float(found.fun), replace(mistake, size=float(np.exp(found.x)))) if found.fun < chi2 else (chi2, mistake)
+    low, high = at - SIZE_REACH, at + SIZE_REACH
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    tried = {left: misfit(left), right: misfit(right)}
+    while len(tried) < REFINED - 1:
+        if tried[left] < tried[right]:
+            high, right = right, left
+            new = left = high - GOLDEN * (high - low)
+        else:
+            low, left = left, right
+            new = right = low + GOLDEN * (high - low)
+        tried[new] = misfit(new)
+    places = sorted(tried)
+    middle = min(max(places.index(min(tried, key=tried.__getitem__)), 1), len(places) - 2)
+    near = np.array(places[middle - 1 : middle + 2])
+    bend, slope, _ = np.polyfit(near - near[1], [tried[x] for x in near], 2)
+    if bend > 0.0 and low <= (vertex := float(near[1] - slope / (2.0 * bend))) <= high:
+        tried[vertex] = misfit(vertex)
+    best = min(tried, key=tried.__getitem__)
+    return (tried[best], replace(mistake, size=float(np.exp(best)))) if tried[best] < chi2 else (chi2, mistake)
 
 
 # What a campaign's runs leave open whatever they measure: no second tension, no opposite yaw, no repeat ...

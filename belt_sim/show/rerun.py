@@ -27,6 +27,7 @@ from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 TRAVEL_LINE = "travel, 1 s = 1 m"  # Rerun has no timeline of lengths: of its kinds a duration alone reads 10 at 10 m
 TIME_LINE = "time"
+WRITTEN_WITHIN = 600.0  # [s] that a recording may take to its file
 
 POINTS_TITLE = "Lateral position y of points 1-4 [mm] over travel [m]"
 #: plots of a run that share a place -> their titles
@@ -241,12 +242,15 @@ def recording_named(name: str) -> rr.RecordingStream:
 
 
 def save_recording(path: str | os.PathLike, recording: rr.RecordingStream) -> Path:
-    """Write all that was logged to ``path`` (.rrd)."""
+    """Write all that was logged to ``path`` (.rrd). Raises UnwritableError."""
 
     def save(draft: Path) -> None:
-        recording.save(draft)
-        recording.flush()
-        recording.disconnect()
+        try:
+            recording.save(draft)
+            recording.flush(timeout_sec=WRITTEN_WITHIN)  # it waits for a full disk
+            recording.disconnect()
+        except (RuntimeError, ValueError) as error:
+            raise OSError(str(error)) from error
 
     return write_with(Path(path), save)
 

@@ -13,7 +13,7 @@ from small_campaign import drawn
 
 from belt_sim.api.plot import pictures_by_kind, plot
 from belt_sim.api.simulate import simulate
-from belt_sim.errors import InputError
+from belt_sim.errors import BeltError, InputError
 from belt_sim.results.errors import SteadyError
 from belt_sim.show.curves import curves_picture, steady_picture
 from belt_sim.show.diagnosis import AROUND, drift_chart_picture, overlay_picture
@@ -113,7 +113,7 @@ def test_a_picture_that_is_not_there_is_told():
 
 def test_a_folder_that_cannot_be_written_is_one_line(tmp_path, runs):
     (tmp_path / "file").write_text("")
-    with pytest.raises(OSError, match="file"):
+    with pytest.raises(BeltError, match="cannot be written"):
         curves_picture(tmp_path / "file" / "x.png", runs, "Nowhere")
 
 

@@ -161,7 +161,7 @@ def test_a_folder_that_cannot_be_written_is_one_line(tmp_path):
     (tmp_path / "file").write_text("")
     observer = RerunObserver(tmp_path / "file" / "run.rrd")
     observer.start(case(), TRAVEL)
-    with pytest.raises(OSError, match="file") as error:
+    with pytest.raises(BeltError, match="cannot be written") as error:
         observer.finish(curves(TRAVEL))
     assert "\n" not in str(error.value)
 

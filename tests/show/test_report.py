@@ -13,6 +13,7 @@ from unknown_result import unknown
 
 from belt_sim.api.plot import report, report_pictures
 from belt_sim.campaign import Suspicion
+from belt_sim.errors import BeltError
 from belt_sim.io import ROOT
 from belt_sim.results.diagnosis import STAMP, Candidate, Confusable, NextRun, Verdict
 from belt_sim.results.errors import Change, Drawings, Errors
@@ -295,7 +296,7 @@ def test_the_file_is_whole_or_not_there(tmp_path, explained):
     assert path.read_text(encoding="utf-8").rstrip().endswith("</html>")
     assert [p.name for p in path.parent.iterdir()] == ["report.html"]
     (tmp_path / "file").write_text("")
-    with pytest.raises(OSError, match="file"):
+    with pytest.raises(BeltError, match="cannot be written"):
         report(explained, tmp_path / "file" / "report.html")
 
 
