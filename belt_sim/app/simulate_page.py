@@ -221,7 +221,10 @@ def _choices(view: View) -> None:
 
         @ui.refreshable
         def sizes() -> None:
-            case = view.case()
+            try:
+                case = view.case()
+            except BeltError:  # sizes that cannot be, as the picture's place says: units as on the test rig
+                case = make_case()
             sizes_of = {name: getattr(case.rig, name) for name in ("centre_distance", "tail_radius", "head_radius")}
             machine = MachineSizes(**sizes_of, width=case.belt.width, span_length=float(case.rig.span_length))
             for effect_id, numbers in view.effects.items():

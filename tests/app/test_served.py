@@ -37,6 +37,11 @@ def test_headers_are_compared_without_case(served):
     assert get(served, **{"Sec-Fetch-Site": "Cross-Site"})[0] == 403
 
 
+def test_a_machine_that_cannot_be_has_its_page(served):
+    """Guard: pulleys that overlap ended it in a server error."""
+    assert get(served, "/?rig=own&centre_distance=1&pulley_radius=2")[0] == 200
+
+
 def test_only_the_loopback_address_answers(served):
     assert get(served)[0] == 200
     for other in ("127.0.0.2", socket.gethostbyname(socket.gethostname())):
