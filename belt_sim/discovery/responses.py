@@ -279,6 +279,12 @@ class ResidualProjector:
         """Products (c,) of the shared columns with the residual."""
         return np.einsum("crm,rm->c", self.shared, self.residual)
 
+    @cached_property
+    def shared_evidence(self) -> float:
+        """Twice the log evidence of the shared parameters, beside what does not depend on them."""
+        explained = self.shared_residual @ self.inverse @ self.shared_residual
+        return float(explained - np.log(posterior_modes(self.gram, self.prior)[0]).sum())
+
     def chi2(self, residual: np.ndarray | None = None) -> float:
         """chi2 of the residual with the shared parameters fitted."""
         residual = self.residual if residual is None else residual

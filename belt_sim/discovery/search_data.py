@@ -287,7 +287,6 @@ def _posterior(projector: ResidualProjector, spectrum: Spectrum, pull, shared, s
     onto = vectors.swapaxes(1, 2) @ root.T
     b, c = (onto @ pull[..., None])[..., 0], onto @ shared  # (G, K), (G, K, c)
     gram, prior, along = projector.gram, projector.prior, projector.shared_residual
-    at_none = along @ projector.inverse @ along - np.log(posterior_modes(gram, prior)[0]).sum()
     shrink = squares[:, None, None] / (1.0 + squares[:, None, None] * values)  # (H, G, K)
     flat, each = shrink.reshape(len(squares), -1), c.reshape(-1, c.shape[-1])
     inner = gram - (flat @ (each[:, :, None] * each[:, None, :]).reshape(len(each), -1)).reshape(-1, *gram.shape)
@@ -295,7 +294,7 @@ def _posterior(projector: ResidualProjector, spectrum: Spectrum, pull, shared, s
     precision, modes = posterior_modes(inner, prior)
     common = (modes @ ((left[:, None] @ modes)[:, 0] / precision)[..., None])[..., 0]
     gain = 0.5 * flat @ b.reshape(-1) ** 2 - 0.5 * np.log1p(squares[:, None, None] * values).sum(axis=(1, 2))
-    gain += 0.5 * (np.einsum("hc,hc->h", left, common) - np.log(precision).sum(axis=1) - at_none)
+    gain += 0.5 * (np.einsum("hc,hc->h", left, common) - np.log(precision).sum(axis=1) - projector.shared_evidence)
     k = int(np.argmax(gain))
     square, shrink, back = squares[k], shrink[k], root @ vectors
     mean = (back @ (shrink * (b - c @ common[k]))[..., None])[..., 0]
