@@ -126,7 +126,8 @@ def write_with(path: Path, writer: Callable[[Path], Any]) -> Path:
         writer(temporary)
         os.replace(temporary, path)
     except OSError as error:
-        raise UnwritableError(error.errno, error.strerror or str(error), str(path)) from error
+        about = str(path) if error.filename in (None, str(temporary)) else error.filename
+        raise UnwritableError(error.errno, error.strerror or str(error), about) from error
     finally:
         with suppress(OSError):  # as where a file stands in place of a folder
             temporary.unlink()

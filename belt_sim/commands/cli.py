@@ -143,14 +143,14 @@ def run_command(arguments: list[str]) -> int:
         print(f"belt-sim simulate 'effects=[{{id: {path.as_posix()}, load: 0.01}}]'")
         print(f'to test it:\npython -c "{test}"')
         return 0
-    except BeltError as error:
-        return _complain(str(error))
     except OSError as error:
         if error.filename == OUTPUT:
             raise
         from belt_sim.commands.runs import at_work, explain
 
         return _complain(explain(error, at_work.get("folder", "belt-sim")))
+    except BeltError as error:
+        return _complain(str(error))
     except KeyboardInterrupt:
         return _complain("stopped; what was finished is kept", status=INTERRUPTED)
 

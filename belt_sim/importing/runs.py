@@ -26,6 +26,8 @@ TIME_COLUMN = "time_s"
 BY_TRAVEL = "travel over time"
 #: Share by which a speed that is stated or logged may differ from travel over time.
 SPEEDS_APART = 0.1
+#: What tells a direction that no column or mapping does.
+BY_SIGN = "the sign of travel or speed"
 #: What tells where a yaw was set that a column shows.
 YAW_STEP = "the step"
 #: setting -> its range, in the unit that a number without one has
@@ -36,6 +38,8 @@ NEEDED = ("tension", "yaw")
 STILL_YAW = 0.05
 #: A logged yaw that comes back moved if it was this far off [rad]; less is taken for noise of a gauge at rest.
 YAW_MOVED = 1e-4
+#: Settings that are nothing below as much [rad, m]; share of a record by which two of one counter may begin apart.
+FAINT, SAME_BEGINNING = ("yaw", "yaw_head", "y0"), 1e-3
 #: Parts of a run over which a logged tension is averaged, and the sigmas of such a mean by which they must differ.
 TENTHS, MOVING_SIGMAS = 10, 6.0
 #: Quantile of the steps of a signal or a clock, of which it makes fewer than GOES_ON where it goes on.
@@ -76,8 +80,8 @@ class Section(NamedTuple):
 class AssembledRun:
     """One run as far as it is known: key, its name in the mapping; entry: what the mapping says of it; record: time and
     signals over the travel; speeds: what tells its speed -> this [m/s]; started: date and time of day of its first row,
-    "" where only seconds were logged; half_digits: signal -> half of its last digit [SI]; count: the column that
-    tells its travel, or else its time."""
+    "" where only seconds were logged; half_digits: signal -> half of its last digit [SI]; counts: the columns
+    that tell its travel, or else its time; direction: 1, or -1 as its travel or speed is counted."""
 
     key: str
     entry: RunEntry
@@ -87,7 +91,8 @@ class AssembledRun:
     file: str
     started: str
     half_digits: dict[str, float]
-    count: Column | None
+    counts: tuple[Column, ...]
+    direction: float
     notes: tuple[str, ...]
 
 
@@ -140,7 +145,7 @@ def _joined(first: AssembledRun, run: AssembledRun, block: LoggedTable) -> Assem
     for name in shared.drop(TIME_COLUMN, errors="ignore"):
         one, other = (record[name].dropna() for record in both)
         at = one.index.intersection(other.index)
-        rounding = 1.01 * max(first.half_digits[name], run.half_digits[name])
+        rounding = 1.01 * (first.half_digits[name] + run.half_digits[name])
         rounding = min(rounding, SAME_SETTING * float(np.ptp(other)))
         if len(at) < min(len(one), len(other)) or not np.allclose(one[at], other[at], rtol=1e-9, atol=rounding):
             others.append(str(name))
@@ -148,30 +153,37 @@ def _joined(first: AssembledRun, run: AssembledRun, block: LoggedTable) -> Assem
         remedy = f"stands already in {first.file} with other readings of {' and '.join(others)}; join them if the run"
         remedy += " goes on, else give every run its own name, or import each by itself"
         raise block.refuse(0, "run", block.label, "", remedy)
-    if first.count and run.count and first.count.name == run.count.name:  # of one counter, if they overlap
-        rises = [c.numbers[-1] > c.numbers[0] for c in (first.count, run.count)]
-        if rises[0] != rises[1]:
-            way = "up" if rises[0] else "down"
-            raise block.refuse(0, run.count.name, "counts the other way", "", f"{first.file} counts {way}; mend one")
-        earlier, later = (np.sort(c.numbers) for c in (first.count, run.count))
-        late, step = float(later[0] - earlier[0]), float(np.median(np.diff(later)))
-        if abs(late) > 1.01 * step and late < earlier[-1] - earlier[0] and -late < later[-1] - later[0]:
-            text = f"{abs(late):.6g} {run.count.unit} {'behind' if late > 0.0 else 'before'} the first of {first.file}"
-            raise block.refuse(0, run.count.name, "begins", "", f"{text}; cut both to where both begin")
-    speed, other_speed = (p.speeds.get(BY_TRAVEL, 0.0) for p in (first, run))
-    if speed > 0.0 and other_speed > 0.0 and abs(other_speed - speed) > SPEEDS_APART * speed:
-        remedy = f"{first.file} runs at {speed:.4g} m/s by its clock; mend one"
-        raise block.refuse(0, "speed", f"{other_speed:.4g}", "m/s", remedy)
+    ways = [p.settings.get("direction") for p in (first, run)]
+    if first.direction != run.direction and not all(way and way.source != BY_SIGN for way in ways):
+        remedy = f"its travel or speed has another sign than in {first.file}; mend one, or state the direction"
+        raise block.refuse(0, "direction", f"{run.direction:g}", "", remedy)
+    for before, count in ((c, d) for c in first.counts for d in run.counts if c.name == d.name):  # of one counter
+        earlier, later = (np.unique(c.si()[np.isfinite(c.si())]) for c in (before, count))
+        late, step = float(later[0] - earlier[0]), min(float(np.median(np.diff(x))) for x in (earlier, later))
+        if abs(late) > max(1.01 * step, SAME_BEGINNING * float(np.ptp(earlier))):
+            far, side = abs(late / count.factor), "behind" if late > 0.0 else "before"
+            text = f"{far:.6g} {count.unit} {side} the first of {first.file}"
+            remedy = f"{text}; begin both at one place, or name the columns apart if each counts for itself"
+            raise block.refuse(0, count.name, "begins", "", remedy)
+    if TIME_COLUMN in shared:
+        clocks = [record[TIME_COLUMN].dropna() for record in both]
+        far = min(float(clock.index[-1]) for clock in clocks)
+        lasted, also_lasted = (float(np.interp(far, clock.index, clock)) for clock in clocks)
+        if abs(also_lasted - lasted) > SPEEDS_APART * lasted:
+            remedy = f"{far:.4g} m last {lasted:.4g} s in {first.file}; mend one"
+            raise block.refuse(0, "time", f"{also_lasted:.4g}", "s", remedy)
     steps = [p.settings["yaw_at"] for p in (first, run) if "yaw_at" in p.settings]
-    if len(steps) == 2 and all(s.source.startswith(YAW_STEP) for s in steps):
+    of_one = any(all(s.source.startswith(f"{YAW_STEP} of {key},") for s in steps) for key in ("yaw", "yaw_head"))
+    if len(steps) == 2 and of_one:
         seen, also = steps
-        within = math.sqrt(3.0) * sum(p.settings["yaw_at_u"].value for p in (first, run))
+        within = 1.001 * math.sqrt(3.0) * sum(p.settings["yaw_at_u"].value for p in (first, run))
         if abs(also.value - seen.value) > within + 10.0**-PLACE_DECIMALS:
             remedy = f"{first.file} shows the step at {seen.value:.6g} m; begin both files at one place of the belt"
             raise block.refuse(0, "yaw_at", f"{also.value:.6g}", "m", remedy)
     for key, new in run.settings.items():
         old = first.settings.get(key, new)
         apart = abs(new.value - old.value) > (1e-6 if key in COUNTED else SAME_SETTING) * abs(new.value)
+        apart &= key not in FAINT or max(abs(new.value), abs(old.value)) > YAW_MOVED
         if apart and new.source.endswith("its column") and old.source.endswith("its column"):
             says = f"{first.file} says {setting_text(key, old.value)} of run {block.label}"
             raise block.refuse(
@@ -186,6 +198,7 @@ def _joined(first: AssembledRun, run: AssembledRun, block: LoggedTable) -> Assem
         record=record if TIME_COLUMN in shared else record.drop(columns=TIME_COLUMN, errors="ignore"),
         settings=run.settings | first.settings,
         file=", ".join(dict.fromkeys([*first.file.split(", "), run.file])),
+        counts=first.counts + run.counts,
         half_digits={k: min(p.half_digits.get(k, math.inf) for p in (first, run)) for k in record.columns},
         notes=tuple(dict.fromkeys(first.notes + run.notes)),
     )
@@ -304,7 +317,7 @@ def _assemble(
         way.notes.append(f"{len(lost)} rows without time or travel were left out (line {shortlist(lost)})")
     block = block.select_rows(way.keep)
     moved = {} if way.speed is None else {"speed": Setting(round_digits(way.speed, LOGGED_DIGITS), BY_TRAVEL)}
-    moved |= {"direction": Setting(-1.0, "the sign of travel or speed")} if way.direction < 0.0 else {}
+    moved |= {"direction": Setting(-1.0, BY_SIGN)} if way.direction < 0.0 else {}
     logged = logged_settings(block, way.travel, moved, stated, section)
     known = moved | named | logged | stated  # of each the last that has it
     counted, at = block.values("travel"), known.get("yaw_at")
@@ -347,7 +360,8 @@ def _assemble(
         file=block.file.name,
         started=started,
         half_digits={c.signal: c.half_digit for c in block.columns if c.role == "signal"},
-        count=block.column("travel") or block.column("time"),
+        counts=tuple(c for c in [block.column("travel") or block.column("time")] if c and not c.is_text),
+        direction=way.direction,
         notes=tuple(notes),
     )
 
@@ -386,7 +400,7 @@ def table_settings(tables: list[LoggedTable], section: Section) -> dict[str, Log
                 name, role, value = names[row], column.role, float(values[row])
                 text, before = setting_text(role, value), found[name].get(role)
                 place, coarse = places.get((name, role), ("", math.inf))
-                may_differ = min(1.01 * max(rounding, coarse), SAME_ROUNDED * abs(value))
+                may_differ = min(1.01 * (rounding + coarse), SAME_ROUNDED * abs(value))
                 if before is not None and abs(value - before.value) > may_differ:
                     remedy = f"{place} says {before.text} of run {name}; mend one, or name the runs apart"
                     raise table.refuse(row, role, text, "", remedy)

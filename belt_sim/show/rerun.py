@@ -27,7 +27,6 @@ from belt_sim.units import DEGREE, MM, N_PER_MM2
 
 TRAVEL_LINE = "travel, 1 s = 1 m"  # Rerun has no timeline of lengths: of its kinds a duration alone reads 10 at 10 m
 TIME_LINE = "time"
-WRITTEN_WITHIN = 600.0  # [s] that a recording may take to its file
 
 POINTS_TITLE = "Lateral position y of points 1-4 [mm] over travel [m]"
 #: plots of a run that share a place -> their titles
@@ -247,7 +246,7 @@ def save_recording(path: str | os.PathLike, recording: rr.RecordingStream) -> Pa
     def save(draft: Path) -> None:
         try:
             recording.save(draft)
-            recording.flush(timeout_sec=WRITTEN_WITHIN)  # it waits for a full disk
+            recording.flush()
             recording.disconnect()
         except (RuntimeError, ValueError) as error:
             raise OSError(str(error)) from error

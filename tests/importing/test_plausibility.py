@@ -390,12 +390,13 @@ def test_parts_that_begin_or_count_otherwise_are_refused(tmp_path):
     late, clock = L.travel > 4.0, ["odometer [m]", "time [s]"]
     for names, columns, told in (
         (other, [L.travel[late] + 100.0, L.y4[late]], r"odometer \[m\] = begins: \S+ m behind the first of day1"),
-        (other, [200.0 - L.travel, L.y4], r"odometer \[m\] = counts the other way: day1.csv counts up"),
+        (["travel [m]", "y4 [mm]"], [200.0 - L.travel, L.y4], r"direction = -1: its travel or speed has another sign"),
+        (other, [L.travel + 130.0, L.y4], r"odometer \[m\] = begins: 30 m behind the first of day1"),
     ):
         with pytest.raises(CampaignError, match=told):
             two_files(tmp_path, header, first, names, columns)()
     twice = [[L.travel, pace * L.travel, y] for pace, y in ((2.0, L.y1), (1.0, L.y4))]
-    with pytest.raises(CampaignError, match=r"speed = 1 m/s: day1\.csv runs at 0.5 m/s by its clock"):
+    with pytest.raises(CampaignError, match=r"time = \S+ s: \S+ m last \S+ s in day1\.csv"):
         two_files(tmp_path, [*clock, "y1 [mm]"], twice[0], [*clock, "y4 [mm]"], twice[1])()
     yawed = [np.where(L.travel > at, -0.042, 0.0) for at in (5.0, 6.0)]
     names = ["y1 [mm]", "yaw [deg]"], ["y4 [mm]", "yaw [deg]"]
