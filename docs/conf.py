@@ -43,7 +43,8 @@ nitpicky = True
 #: types of other packages, whose documents lie on the network
 nitpick_ignore_regex = [
     (r"py:.*", r"(numpy|np|jax|jnp|pandas|pathlib|collections|typing|os)\..*"),
-    (r"py:class", r"(Path|Any|Sequence|Callable|Mapping|Iterable|optional|Numbers|Camber|MjSpec|belt_sim.api.sweep.SweepTable)"),
+    (r"py:class", r"(Path|Any|Sequence|Callable|Mapping|Iterable|optional|Numbers|Camber|MjSpec)"),
+    (r"py:class", r"belt_sim\.api\.sweep\.SweepTable"),
     (r"py:class", r"belt_sim\.importing\.(columns\.LoggedTables?|build\.Proposal)"),
     (r"py:class", r"(FieldInfo|NoneType|types\.Annotated)"),
     (r"py:class", r"(dict|tuple)\[str"),  # autodoc takes generics apart

@@ -7,6 +7,7 @@ Other accounts of the machine reach the address too: the one that is printed bea
 cookie.
 """
 
+import asyncio
 import secrets
 import socket
 from contextlib import suppress
@@ -113,7 +114,16 @@ def serve(folder: Path, port: int | None = None, *, show: bool = True) -> None:
             session.jobs[-1].stop()
 
     page, said = f"/?token={token}", "for this account of this machine. Ctrl-C ends it."
-    app.on_startup(lambda: print(f"belt_sim is open at http://{ADDRESS}:{port}{page} {said}", flush=True))
+
+    async def announce() -> None:  # once it answers: NiceGUI starts before its server listens
+        while True:
+            with suppress(OSError):
+                (await asyncio.open_connection(ADDRESS, port))[1].close()
+                break
+            await asyncio.sleep(0.05)
+        print(f"belt_sim is open at http://{ADDRESS}:{port}{page} {said}", flush=True)
+
+    app.on_startup(announce)
     app.state.session = session
     app.add_middleware(Guard, port=port, token=token)
     look: Any = {"title": "belt_sim", "favicon": "⚙", "dark": None, "tailwind": False, "show_welcome_message": False}
