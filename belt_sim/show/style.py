@@ -161,7 +161,7 @@ def save(fig: "Figure", path: str | os.PathLike | None, headline: str = "", dpi:
     """Write the figure, its units as in print, as its file's ending says (.png, .svg, .pdf), and return the path.
 
     headline: written above it; path: None returns the figure itself, laid out; dpi: dots per inch of a PNG. Raises
-    InputError, OSError.
+    InputError, UnwritableError.
     """
     from matplotlib.text import Text
 
